@@ -1,0 +1,46 @@
+/* display: where finished frames go. A sink is a row of a const table: {name, open, present,
+ * close}. Frames come as 8-bit sRGB-encoded pictures, one an eye. */
+#ifndef FV_DISPLAY_DISPLAY_H
+#define FV_DISPLAY_DISPLAY_H
+
+#include "config/config.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Pixels of one frame: eye e, row y at pixels[e] + y * stride_bytes, 4 bytes a pixel: r, g, b, unused. */
+struct fv_picture {
+    int eyes, width, height;
+    int64_t stride_bytes;
+    const uint8_t *pixels[2];
+};
+
+struct fv_display; /* opaque, in the arena */
+
+/* Opens the sink that display.sink names. `folder`: where the png sink writes; made by the caller.
+ * All memory is taken here: present allocates nothing. */
+int fv_display_open(struct fv_display **display, const struct fv_config *config, const char *folder,
+                    struct fv_error *error);
+
+/* True when the sink wants the pixels of this frame (the png sink takes every n-th and the last;
+ * none takes none): the caller need not convert others. */
+bool fv_display_wants(const struct fv_display *display, int64_t frame, bool last);
+
+/* Takes one frame. Returns 0; -1 with the error set when it cannot be stored (disk full, pipe
+ * closed): the loop goes on, and the sink takes no more. */
+int fv_display_present(struct fv_display *display, const struct fv_picture *picture, int64_t frame,
+                       struct fv_error *error);
+
+int fv_display_close(struct fv_display *display, struct fv_error *error);
+
+/* png: writes an 8-bit RGB picture, compressed by zlib at `level` 0 to 9, out of memory taken at
+ * fv_png_open. Used by the sink, the report and the tests. */
+struct fv_png; /* opaque */
+struct fv_png *fv_png_open(int width, int height);
+int fv_png_write(struct fv_png *png, const char *path, const struct fv_picture *picture, int eye,
+                 int level, struct fv_error *error);
+/* The same into memory, base64-encoded, for a data: URI. NULL when it does not fit into `size`. */
+const char *fv_png_base64(struct fv_png *png, const struct fv_picture *picture, int eye, int level,
+                          int64_t *length);
+
+#endif

@@ -1,0 +1,70 @@
+/* log: messages and errors as text. Formats into a stack buffer and writes it with one
+ * call, so that lines of several threads do not mix and nothing is allocated. */
+#include "platform/log.h"
+
+#include "platform/error.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static bool progress_shown;
+
+static void write_line(const char *before, const char *format, va_list arguments, const char *after)
+{
+    char line[768];
+    int start = snprintf(line, sizeof line, "%s", before);
+    int length = vsnprintf(line + start, sizeof line - (size_t)start - 8, format, arguments);
+    size_t end = (size_t)start + (length > 0 ? (size_t)length : 0);
+    if (end > sizeof line - 8) end = sizeof line - 8;
+    memcpy(line + end, after, strlen(after));
+    end += strlen(after);
+    ssize_t written = write(STDERR_FILENO, line, end);
+    (void)written; /* nowhere left to say that standard error is gone */
+}
+
+void fv_log(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    write_line(progress_shown ? "\r\033[Kfoveola: " : "foveola: ", format, arguments, "\n");
+    progress_shown = false;
+    va_end(arguments);
+}
+
+bool fv_log_is_terminal(void)
+{
+    static int terminal = -1;
+    if (terminal < 0) terminal = isatty(STDERR_FILENO);
+    return terminal != 0;
+}
+
+void fv_log_progress(const char *format, ...)
+{
+    if (!fv_log_is_terminal()) return;
+    va_list arguments;
+    va_start(arguments, format);
+    write_line("\r", format, arguments, "\033[K");
+    progress_shown = true;
+    va_end(arguments);
+}
+
+void fv_die(int code, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    write_line(progress_shown ? "\r\033[Kfoveola: " : "foveola: ", format, arguments, "\n");
+    va_end(arguments);
+    _exit(code);
+}
+
+int fv_error_set(struct fv_error *error, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error->text, sizeof error->text, format, arguments);
+    va_end(arguments);
+    return -1;
+}

@@ -1,0 +1,157 @@
+/* threads: see threads.h. A run is published by raising `generation`; the last worker to
+ * finish wakes the caller by bringing `working` to zero. */
+#define _GNU_SOURCE
+#include "platform/threads.h"
+
+#include "platform/arena.h"
+#include "platform/clock.h"
+
+#include <assert.h>
+#include <linux/futex.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+#ifdef __SSE2__
+#include <xmmintrin.h>
+#endif
+
+enum { STACK_BYTES = 2 << 20, SPINS = 20000 };
+
+struct start {
+    struct fv_workers *workers;
+    int worker;
+};
+
+static struct start starts[FV_WORKERS_MAX];
+static pthread_t handles[FV_WORKERS_MAX];
+
+int fv_threads_cores(void)
+{
+    cpu_set_t set;
+    if (sched_getaffinity(0, sizeof set, &set) != 0) return 1;
+    int cores = CPU_COUNT(&set);
+    return cores < 1 ? 1 : cores > FV_WORKERS_MAX ? FV_WORKERS_MAX : cores;
+}
+
+static void relax(void)
+{
+#ifdef __SSE2__
+    _mm_pause();
+#else
+    __asm__ volatile("yield");
+#endif
+}
+
+static void denormals_off(void)
+{
+#ifdef __SSE2__
+    _mm_setcsr(_mm_getcsr() | 0x8040); /* flush to zero, denormals are zero */
+#elif defined(__aarch64__)
+    uint64_t control;
+    __asm__ volatile("mrs %0, fpcr" : "=r"(control));
+    __asm__ volatile("msr fpcr, %0" : : "r"(control | (1u << 24)));
+#endif
+}
+
+/* Waits until *word differs from `value`. */
+static void wait_change(atomic_uint *word, unsigned value)
+{
+    for (int i = 0; i < SPINS; i++) {
+        if (atomic_load_explicit(word, memory_order_acquire) != value) return;
+        relax();
+    }
+    while (atomic_load_explicit(word, memory_order_acquire) == value)
+        syscall(SYS_futex, word, FUTEX_WAIT_PRIVATE, value, NULL, NULL, 0);
+}
+
+static void work(struct fv_workers *w, int worker)
+{
+    int64_t start_ns = fv_clock_thread_ns();
+    for (;;) {
+        int tile = atomic_fetch_add_explicit(&w->next_tile, 1, memory_order_relaxed);
+        if (tile >= w->tiles) break;
+        w->function(w->context, tile, worker);
+    }
+    w->cpu_ns[worker] = fv_clock_thread_ns() - start_ns;
+}
+
+static void *worker_main(void *argument)
+{
+    struct start *s = argument;
+    struct fv_workers *w = s->workers;
+    denormals_off();
+    unsigned seen = 0;
+    for (;;) {
+        wait_change(&w->generation, seen);
+        seen++;
+        if (atomic_load_explicit(&w->stop, memory_order_relaxed)) return NULL;
+        work(w, s->worker);
+        atomic_fetch_sub_explicit(&w->working, 1, memory_order_release);
+    }
+}
+
+static void pin_to_nth_core(pthread_t thread, int n)
+{
+    cpu_set_t allowed, one;
+    if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;
+    for (int core = 0; core < CPU_SETSIZE; core++) {
+        if (!CPU_ISSET(core, &allowed) || n-- > 0) continue;
+        CPU_ZERO(&one);
+        CPU_SET(core, &one);
+        pthread_setaffinity_np(thread, sizeof one, &one);
+        return;
+    }
+}
+
+int fv_workers_start(struct fv_workers *w, int count, bool pin)
+{
+    assert(count >= 1 && count <= FV_WORKERS_MAX);
+    *w = (struct fv_workers){.count = 1};
+    denormals_off();
+    for (int i = 1; i < count; i++) {
+        pthread_attr_t attributes;
+        pthread_attr_init(&attributes);
+        char *stack = fv_arena_take(fv_arena(), "worker stacks", STACK_BYTES, 4096);
+        pthread_attr_setstack(&attributes, stack, STACK_BYTES);
+        starts[i] = (struct start){w, i};
+        int failed = pthread_create(&handles[i], &attributes, worker_main, &starts[i]);
+        pthread_attr_destroy(&attributes);
+        if (failed) break;
+        w->count++;
+    }
+    if (pin) {
+        /* The others first: the mask of the calling thread is the process's. */
+        for (int i = w->count - 1; i >= 1; i--) pin_to_nth_core(handles[i], i);
+        pin_to_nth_core(pthread_self(), 0);
+    }
+    return w->count;
+}
+
+void fv_workers_run(struct fv_workers *w, int tiles, fv_tile_function *function, void *context)
+{
+    w->function = function;
+    w->context = context;
+    w->tiles = tiles;
+    atomic_store_explicit(&w->next_tile, 0, memory_order_relaxed);
+    atomic_store_explicit(&w->working, w->count - 1, memory_order_relaxed);
+    if (w->count > 1) {
+        atomic_fetch_add_explicit(&w->generation, 1, memory_order_release);
+        syscall(SYS_futex, &w->generation, FUTEX_WAKE_PRIVATE, FV_WORKERS_MAX, NULL, NULL, 0);
+    }
+    work(w, 0);
+    int spins = 0;
+    while (atomic_load_explicit(&w->working, memory_order_acquire) > 0) {
+        if (++spins < SPINS) relax();
+        else sched_yield();
+    }
+}
+
+void fv_workers_stop(struct fv_workers *w)
+{
+    atomic_store(&w->stop, true);
+    atomic_fetch_add_explicit(&w->generation, 1, memory_order_release);
+    syscall(SYS_futex, &w->generation, FUTEX_WAKE_PRIVATE, FV_WORKERS_MAX, NULL, NULL, 0);
+    for (int i = 1; i < w->count; i++) pthread_join(handles[i], NULL);
+    w->count = 1;
+}

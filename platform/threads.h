@@ -1,0 +1,45 @@
+/* threads: pinned workers that live as long as the program and run tiles of a pass.
+ *
+ * The calling thread is worker 0. A run hands out tile numbers one after another from a
+ * shared counter; which worker gets which tile must not change any result. Between runs
+ * the workers spin for a short while and then sleep on a futex. */
+#ifndef FV_PLATFORM_THREADS_H
+#define FV_PLATFORM_THREADS_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+enum { FV_WORKERS_MAX = 64 };
+
+typedef void fv_tile_function(void *context, int tile, int worker);
+
+struct fv_workers {
+    int count; /* workers, the calling thread included */
+    /* The run under way. */
+    fv_tile_function *function;
+    void *context;
+    int tiles;
+    _Alignas(64) atomic_int next_tile;
+    _Alignas(64) atomic_uint generation; /* raised once a run: wakes the workers */
+    _Alignas(64) atomic_int working;     /* workers that have not finished this run */
+    int64_t cpu_ns[FV_WORKERS_MAX];      /* thread CPU time of each worker in the last run */
+    atomic_bool stop;
+};
+
+/* Number of cores that this process may run on. */
+int fv_threads_cores(void);
+
+/* Starts `count` - 1 threads (1 to FV_WORKERS_MAX), their stacks taken from the arena; pins
+ * each worker to a core of its own where `pin` is set. Denormals are off in every worker.
+ * Returns the number that could be started (at least 1). */
+int fv_workers_start(struct fv_workers *workers, int count, bool pin);
+
+/* Runs function(context, tile, worker) for every tile in [0, tiles), on all workers, and
+ * returns when all are done. */
+void fv_workers_run(struct fv_workers *workers, int tiles, fv_tile_function *function, void *context);
+
+/* Ends the threads (tests; the program itself just exits). */
+void fv_workers_stop(struct fv_workers *workers);
+
+#endif

@@ -1,0 +1,53 @@
+/* session: what a run leaves behind: one record a frame and the totals, in fixed memory.
+ *
+ * Filled by loop.c, written as report.json, report.html and frames.csv by cli/report.c. */
+#ifndef FV_FRAME_SESSION_H
+#define FV_FRAME_SESSION_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum { FV_STAGES_MAX = 16 };
+
+/* Rays by kind. */
+enum fv_ray_kind { FV_RAY_PRIMARY, FV_RAY_SHADOW, FV_RAY_SECONDARY, FV_RAY_MARCH_STEPS, FV_RAY_KINDS };
+
+struct fv_frame_record {
+    int64_t frame, t_ns;          /* number and session time of display */
+    float frame_ms;               /* wall time from latch to the picture being ready */
+    float cpu_ms;                 /* thread CPU time of all workers together */
+    float stage_ms[FV_STAGES_MAX]; /* wall time of each stage */
+    int32_t level;                /* quality level */
+    float r0_deg, r1_deg, p_min;
+    int64_t rays[FV_RAY_KINDS];
+    float sampled_fraction;       /* primary samples over pixels */
+    float gaze_px[2][2];          /* gaze in each eye's picture, x y */
+    bool missed, cut;
+};
+
+struct fv_session {
+    const char *scene, *method;   /* names */
+    int64_t triangles, fields;
+    const char *cpu, *isa;
+    int threads;
+    double period_ms;
+    int stages;
+    const char *stage[FV_STAGES_MAX];
+    int64_t pixels;               /* of all eyes */
+    /* The first `capacity` frames are kept; totals go on. */
+    int64_t frames, capacity, missed, cut_frames;
+    struct fv_frame_record *record;
+    /* Sensors and memory, at the end. */
+    int64_t gaze_samples, gaze_lost, imu_samples, imu_rejected;
+    double gaze_latency_ms_p50;
+    int64_t heap_calls, memory_syscalls;
+    /* Rows of the plan: what was kept or left out, with the reason and bytes. */
+    int plan_rows;
+    struct fv_plan_row {
+        char what[32], kind[16], reason[96]; /* kind: pass, buffer, feature, device */
+        bool kept;
+        int64_t bytes;
+    } plan[64];
+};
+
+#endif

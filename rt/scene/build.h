@@ -1,0 +1,66 @@
+/* build: collects a scene while it is being read, checks it, and lays it out as scene.h wants.
+ *
+ * Everything collected lives on the heap until fv_build_finish, which moves it into the arena
+ * and frees the rest. Readers check indices and values as they add them; fv_build_finish checks
+ * what is common: NaN, absurd sizes, counts. Normals and tangents that a file lacks are made
+ * there (area- and angle-weighted vertex normals are not: faces without normals are flat). */
+#ifndef FV_SCENE_BUILD_H
+#define FV_SCENE_BUILD_H
+
+#include "rt/scene/scene.h"
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct fv_vertex {
+    float position[3];
+    float normal[3]; /* 0 0 0: none given, the triangle's own is taken */
+    float uv[2];
+};
+
+struct fv_build; /* opaque */
+
+/* `source` names the file in messages. Never NULL: out of memory ends the program (heap.h). */
+struct fv_build *fv_build_create(const char *source);
+void fv_build_destroy(struct fv_build *build);
+
+/* Each returns the new element's index. */
+uint32_t fv_build_vertex(struct fv_build *build, const struct fv_vertex *vertex);
+int fv_build_material(struct fv_build *build, const struct fv_material *material);
+
+/* Adds a texture from 8-bit pixels, `channels` 1 to 4, row by row, colours sRGB-encoded. Sizes
+ * that are no powers of two are resampled to the next smaller ones; mip levels are filtered in
+ * linear light (ALPHA: coverage at the cutoff is kept from level to level). */
+int fv_build_texture(struct fv_build *build, enum fv_texel kind, const uint8_t *pixels, int width,
+                     int height, int channels, float alpha_cutoff);
+
+void fv_build_triangle(struct fv_build *build, uint32_t a, uint32_t b, uint32_t c, int material);
+int fv_build_light(struct fv_build *build, const struct fv_light *light, struct fv_error *error);
+uint32_t fv_build_vertices(const struct fv_build *build);
+
+/* A material that is grey, matt and has no textures. */
+struct fv_material fv_material_default(void);
+
+/* Checks, lays out, and fills `scene` (geometry, materials, textures, lights, features, bounds).
+ * Degenerate triangles are dropped and counted in a message. The build is destroyed either way. */
+int fv_build_finish(struct fv_build *build, struct fv_scene *scene, struct fv_error *error);
+
+/* The readers. `scale` turns the file's units into metres. */
+int fv_gltf_read(struct fv_build *build, const char *path, double scale, struct fv_error *error);
+int fv_obj_read(struct fv_build *build, const char *path, double scale, struct fv_error *error);
+/* name: "atrium" or "cornell"; -1 where it is another. */
+int fv_builtin_read(struct fv_build *build, const char *name, struct fv_error *error);
+
+/* image.c: decodes PNG or JPEG bytes to 8-bit pixels (malloc'ed, the caller frees). `where` names
+ * it in messages. Sizes over 8192 are refused before they are decoded. */
+int fv_image_decode(const uint8_t *bytes, size_t size, const char *where, uint8_t **pixels, int *width,
+                    int *height, int *channels, struct fv_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
