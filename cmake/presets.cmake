@@ -1,6 +1,6 @@
 # Writes OUT, a C file that holds every config/KIND/NAME.ini of SOURCE as a string, so that
 # the program needs no files beside it. cmake -DSOURCE=… -DOUT=… -P presets.cmake
-set(text "/* Made from config/*/*.ini by cmake/presets.cmake. */\n#include \"config/config.h\"\n#include <string.h>\n\nstatic const struct {\n    const char *kind, *name, *text;\n} presets[] = {\n")
+set(text "/* Made from the settings files under config by cmake/presets.cmake. */\n#include \"config/config.h\"\n#include <string.h>\n\nstatic const struct {\n    const char *kind, *name, *text;\n} presets[] = {\n")
 foreach(kind headsets boards scenes)
     file(GLOB files ${SOURCE}/config/${kind}/*.ini)
     foreach(file ${files})
