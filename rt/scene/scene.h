@@ -65,7 +65,7 @@ struct fv_triangle {
     int16_t tangent[3]; /* unit vector along growing u, for normal maps */
     int16_t bitangent_sign; /* 1 or -1: bitangent = sign * normal x tangent */
     float uv_per_metre; /* sqrt(area in uv / area in the world): times the texture's size gives texels a metre */
-    uint32_t reserved;
+    uint32_t reserved[2];
 };
 _Static_assert(sizeof(struct fv_triangle) == 64, "one cache line");
 
