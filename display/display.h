@@ -1,9 +1,16 @@
 /* display: where finished frames go. A sink is a row of a const table: {name, open, present,
- * close}. Frames come as 8-bit sRGB-encoded pictures, one an eye. */
+ * close}. Frames come as 8-bit sRGB-encoded pictures, one an eye.
+ *
+ * png   FOLDER/left-NNNNN.png and right-NNNNN.png, each under a temporary name until complete
+ * y4m   one 4:4:4 stream, the eyes side by side, BT.709 limited range, to a file, FIFO or standard
+ *       output. A reader that is slow blocks present: the stream never drops a frame. SIGPIPE is
+ *       ignored from open on.
+ * none  nowhere */
 #ifndef FV_DISPLAY_DISPLAY_H
 #define FV_DISPLAY_DISPLAY_H
 
 #include "config/config.h"
+#include "platform/files.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -27,20 +34,24 @@ int fv_display_open(struct fv_display **display, const struct fv_config *config,
 bool fv_display_wants(const struct fv_display *display, int64_t frame, bool last);
 
 /* Takes one frame. Returns 0; -1 with the error set when it cannot be stored (disk full, pipe
- * closed): the loop goes on, and the sink takes no more. */
+ * closed): the loop goes on, and the sink takes no more. What was complete before stays. */
 int fv_display_present(struct fv_display *display, const struct fv_picture *picture, int64_t frame,
                        struct fv_error *error);
 
 int fv_display_close(struct fv_display *display, struct fv_error *error);
 
-/* png: writes an 8-bit RGB picture, compressed by zlib at `level` 0 to 9, out of memory taken at
- * fv_png_open. Used by the sink, the report and the tests. */
+/* png: writes 8-bit RGB pictures of up to `width` x `height` pixels, compressed by zlib at `level`
+ * 0 to 9, out of memory taken at fv_png_open. Used by the sink, the report and the tests. */
 struct fv_png; /* opaque */
 struct fv_png *fv_png_open(int width, int height);
+
+/* Writes one eye as a file. Returns 0, or -1 with the error set: no file is left then. */
 int fv_png_write(struct fv_png *png, const char *path, const struct fv_picture *picture, int eye,
                  int level, struct fv_error *error);
-/* The same into memory, base64-encoded, for a data: URI. NULL when it does not fit into `size`. */
-const char *fv_png_base64(struct fv_png *png, const struct fv_picture *picture, int eye, int level,
-                          int64_t *length);
+
+/* Writes the same base64-encoded into an open writer, for a data: URI. Returns 0, or -1 with the
+ * error set when it could not be encoded; the writer's own failures are reported by its close. */
+int fv_png_base64(struct fv_png *png, struct fv_writer *out, const struct fv_picture *picture, int eye,
+                  int level, struct fv_error *error);
 
 #endif
