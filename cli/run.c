@@ -1,1 +1,172 @@
-typedef int fv_nothing;
+/* run: the main job: frames from sensors to the display, then the session's report. */
+#include "cli/cli.h"
+#include "cli/record.h"
+#include "cli/report.h"
+
+#include "display/display.h"
+#include "platform/heap.h"
+#include "platform/log.h"
+#include "sensors/sensors.h"
+
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { RECORDS_UNBOUNDED = 100000 }; /* frames kept when none are named */
+
+struct run {
+    struct fv_setup setup;
+    struct fv_sensors *sensors;
+    struct fv_display *display;
+    struct fv_png *png; /* for the report's pictures */
+    struct fv_picture picture;
+    bool pictured;      /* `picture` holds a frame */
+    int64_t frames;     /* asked for; -1: until a signal */
+    int64_t shown_ns;   /* when the progress line was last written */
+    int exit_code;
+};
+
+static volatile sig_atomic_t stopped;
+
+static void on_signal(int number)
+{
+    (void)number;
+    stopped = 1;
+}
+
+static void latch(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3], double *uncertainty_deg)
+{
+    struct run *r = context;
+    struct fv_pose stand, relative;
+    struct fv_gaze g;
+    fv_sensors_latch(r->sensors, t_ns, &relative, &g);
+    fv_record_latch(t_ns, &relative, &g);
+    fv_path_pose(&r->setup.config.scene_path, r->setup.config.scene_path_seconds, t_ns, &stand);
+    fv_pose_compose(&stand, &relative, head);
+    memcpy(gaze, g.direction, sizeof g.direction);
+    *uncertainty_deg = g.uncertainty_deg;
+}
+
+static bool wants(void *context, int64_t frame, bool last)
+{
+    struct run *r = context;
+    return fv_display_wants(r->display, frame, last || stopped);
+}
+
+static void present(void *context, const struct fv_frame *f)
+{
+    struct run *r = context;
+    struct fv_error error;
+    r->picture = (struct fv_picture){.eyes = f->eyes, .width = f->width, .height = f->height,
+                                     .stride_bytes = 4 * f->stride,
+                                     .pixels = {f->buffer[FV_PICTURE][0], f->buffer[FV_PICTURE][1]}};
+    r->pictured = true;
+    if (fv_display_present(r->display, &r->picture, f->number - 1, &error)) {
+        fv_log("%s: no more pictures are written, the run goes on", error.text);
+        r->exit_code = FV_EXIT_NOT_HELD;
+    }
+}
+
+static bool after(void *context, const struct fv_session *s, const struct fv_frame_record *record)
+{
+    struct run *r = context;
+    int64_t now_ns = fv_clock_now_ns(&fv_clock_monotonic);
+    if (now_ns - r->shown_ns > 100000000 && fv_log_is_terminal()) {
+        char of[32] = "";
+        r->shown_ns = now_ns;
+        if (r->frames > 0) snprintf(of, sizeof of, " of %lld", (long long)r->frames);
+        fv_log_progress("frame %lld%s  %.1f ms (%.1f allowed)  %.1f %% sampled  missed %lld", (long long)s->frames, of,
+                        (double)record->frame_ms, s->period_ms, 100.0 * (double)record->sampled_fraction,
+                        (long long)s->missed);
+    }
+    return !stopped;
+}
+
+/* All that a run needs before the first frame; nothing is written before the rest is known to work. */
+static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error *error)
+{
+    struct fv_config *c = &r->setup.config;
+    if (fv_setup_open(&r->setup, &a->request, error)) return -1;
+    if (fv_sensors_open(&r->sensors, c, error)) return -1;
+    r->frames = a->frames;
+    fv_setup_loop(&r->setup, r->frames > 0 ? r->frames : RECORDS_UNBOUNDED);
+    if (fv_folder_make(a->out, error)) return -1;
+    if (fv_display_open(&r->display, c, a->out, error)) return -1;
+    if (strcmp(c->display_sink, "none") != 0)
+        r->png = fv_png_open((int)c->display_width, (int)c->display_height);
+    if (strcmp(c->output_tape, "on") == 0 && fv_record_open(c, a->out, error)) return -1;
+    return 0;
+}
+
+static void fill_session(struct run *r)
+{
+    struct fv_session *s = &r->setup.session;
+    struct fv_sensors_counts counts = fv_sensors_counts(r->sensors);
+    s->gaze_samples = counts.gaze_samples;
+    s->gaze_lost = counts.gaze_lost;
+    s->imu_samples = counts.imu_samples;
+    s->imu_rejected = counts.imu_rejected;
+    s->heap_calls = fv_heap_calls();
+    s->memory_syscalls = fv_heap_system_calls();
+}
+
+static int write_reports(struct run *r, const char *out, struct fv_error *error)
+{
+    const struct fv_session *s = &r->setup.session;
+    const struct fv_config *c = &r->setup.config;
+    char json[FV_PATH_MAX], html[FV_PATH_MAX], csv[FV_PATH_MAX], trace[FV_PATH_MAX];
+    if (fv_path_join(json, out, "report.json") || fv_path_join(html, out, "report.html") ||
+        fv_path_join(csv, out, "frames.csv") || fv_path_join(trace, out, "trace.json"))
+        return fv_error_set(error, "%s: path too long", out);
+    if (fv_display_close(r->display, error)) return -1;
+    if (fv_record_close(s->frames, out, error)) return -1;
+    if (fv_report_json(s, c, json, error) || fv_report_csv(s, csv, error)) return -1;
+    if (fv_report_html(s, c, r->pictured ? &r->picture : NULL, r->png, html, error)) return -1;
+    return fv_trace_write(r->setup.loop.trace, trace, error);
+}
+
+static int compare_floats(const void *a, const void *b)
+{
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+/* The closing lines: what was done and where to look. */
+static void summarise(const struct run *r, const char *out)
+{
+    static float ms[RECORDS_UNBOUNDED];
+    const struct fv_session *s = &r->setup.session;
+    int n = (int)(s->frames < s->capacity ? s->frames : s->capacity);
+    if (n > RECORDS_UNBOUNDED) n = RECORDS_UNBOUNDED;
+    for (int i = 0; i < n; i++) ms[i] = s->record[i].frame_ms;
+    qsort(ms, (size_t)n, sizeof ms[0], compare_floats);
+    fv_log("%lld frames of %s with %s: p50 %.1f ms, p99 %.1f ms, %.1f ms allowed, %lld missed; report in %s/report.html",
+           (long long)s->frames, s->scene, s->method, n ? (double)ms[n / 2] : 0.0, n ? (double)ms[(n * 99) / 100] : 0.0,
+           s->period_ms, (long long)s->missed, out);
+}
+
+int fv_verb_run(const struct fv_arguments *a)
+{
+    static struct run r;
+    struct fv_error error;
+    r.exit_code = FV_EXIT_DONE;
+    if (prepare(&r, a, &error)) {
+        fv_log("%s", error.text);
+        return FV_EXIT_UNUSABLE;
+    }
+    struct sigaction action = {.sa_handler = on_signal};
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    struct fv_loop_io io = {&r, latch, wants, present, after};
+    fv_heap_seal(strcmp(r.setup.config.threads_sealed_heap, "fatal") == 0);
+    fv_loop_run(&r.setup.loop, &io, r.frames);
+    fill_session(&r);
+    if (write_reports(&r, a->out, &error)) {
+        fv_log("%s", error.text);
+        return FV_EXIT_NOT_HELD;
+    }
+    summarise(&r, a->out);
+    return r.exit_code;
+}

@@ -67,13 +67,15 @@ static void wait_change(atomic_uint *word, unsigned value)
 
 static void work(struct fv_workers *w, int worker)
 {
-    int64_t start_ns = fv_clock_thread_ns();
+    int64_t start_cpu_ns = fv_clock_thread_ns();
+    w->start_ns[worker] = fv_clock_now_ns(&fv_clock_monotonic);
     for (;;) {
         int tile = atomic_fetch_add_explicit(&w->next_tile, 1, memory_order_relaxed);
         if (tile >= w->tiles) break;
         w->function(w->context, tile, worker);
     }
-    w->cpu_ns[worker] = fv_clock_thread_ns() - start_ns;
+    w->end_ns[worker] = fv_clock_now_ns(&fv_clock_monotonic);
+    w->cpu_ns[worker] = fv_clock_thread_ns() - start_cpu_ns;
 }
 
 static void *worker_main(void *argument)

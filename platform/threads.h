@@ -23,7 +23,8 @@ struct fv_workers {
     _Alignas(64) atomic_int next_tile;
     _Alignas(64) atomic_uint generation; /* raised once a run: wakes the workers */
     _Alignas(64) atomic_int working;     /* workers that have not finished this run */
-    int64_t cpu_ns[FV_WORKERS_MAX];      /* thread CPU time of each worker in the last run */
+    /* Of each worker in the last run: thread CPU time, and when it began and ended its tiles. */
+    int64_t cpu_ns[FV_WORKERS_MAX], start_ns[FV_WORKERS_MAX], end_ns[FV_WORKERS_MAX];
     atomic_bool stop;
 };
 

@@ -4,13 +4,12 @@
 #ifndef FV_FRAME_SESSION_H
 #define FV_FRAME_SESSION_H
 
+#include "rt/trace/rays.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
 enum { FV_STAGES_MAX = 16 };
-
-/* Rays by kind. */
-enum fv_ray_kind { FV_RAY_PRIMARY, FV_RAY_SHADOW, FV_RAY_SECONDARY, FV_RAY_MARCH_STEPS, FV_RAY_KINDS };
 
 struct fv_frame_record {
     int64_t frame, t_ns;          /* number and session time of display */

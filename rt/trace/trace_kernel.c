@@ -1,1 +1,144 @@
-typedef int fv_nothing;
+/* trace_kernel: lists of samples, packet by packet: primary rays, surfaces, light, and Whitted's
+ * reflections and refractions by recursion to a bounded depth. */
+#include "rt/trace/light.h"
+
+#define trace_samples FV_ISA_NAME(fv_trace_samples)
+
+void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
+                   uint32_t seed, int64_t *rays);
+
+/* A packet of rays under way: lanes of `mask`, each with the ray cone of fv_ray_context. */
+struct rays {
+    vf3 origin, direction;
+    vi mask;
+    vf base, growth;
+    bool coherent;
+};
+
+static vf3 radiance(const struct shading *shading, const struct rays *rays, int depth, vf *t);
+
+/* Lanes below this weight are not followed further. */
+static const float weight_min = 1 / 512.0f;
+
+static inline vi heavy(vf3 weight)
+{
+    return vf_max(vf_max(weight.x, weight.y), weight.z) > weight_min;
+}
+
+/* Radiance along `direction` from the surface, times weight; only in lanes of mask. */
+static vf3 follow(const struct shading *shading, const struct surface *s, vf3 direction, vf side, vf3 weight,
+                  vi mask, int depth)
+{
+    vf3 zero = {vf_of(0), vf_of(0), vf_of(0)};
+    mask &= heavy(weight);
+    unsigned bits = vi_bits(mask);
+    if (!bits) return zero;
+    if (depth <= 0) {
+        const struct fv_scene *scene = shading->tracer->data;
+        vf3 rest = vf3_of(scene->ambient);
+        return vf3_select(mask, (vf3){rest.x * weight.x, rest.y * weight.y, rest.z * weight.z}, zero);
+    }
+    struct rays next = {.origin = vf3_add(s->point, vf3_scale(s->geometric, s->offset * side)),
+                        .direction = direction, .mask = mask, .base = s->footprint,
+                        .growth = s->footprint * 0.1f, .coherent = true};
+    shading->rays[FV_RAY_SECONDARY] += __builtin_popcount(bits);
+    vf t;
+    vf3 seen = radiance(shading, &next, depth - 1, &t);
+    return vf3_select(mask, (vf3){seen.x * weight.x, seen.y * weight.y, seen.z * weight.z}, zero);
+}
+
+/* Mirror direction of unit d about the shading normal, kept above the surface itself. */
+static inline vf3 reflected(const struct surface *s, vf3 d)
+{
+    vf3 r = vf3_sub(d, vf3_scale(s->normal, 2.0f * vf_dot(d, s->normal)));
+    vf above = vf_dot(r, s->geometric);
+    vf3 plain = vf3_sub(d, vf3_scale(s->geometric, 2.0f * vf_dot(d, s->geometric)));
+    return vf3_select(above > 0.0f, r, plain);
+}
+
+/* Exact Fresnel reflectance of unpolarised light; 1 where it is totally reflected. `c`: cosine of
+ * incidence in (0, 1], eta: index here over index beyond; *k: squared cosine beyond, <= 0: total. */
+static inline vf fresnel(vf c, vf eta, vf *k)
+{
+    *k = 1.0f - eta * eta * (1.0f - c * c);
+    vf beyond = vf_sqrt(vf_max(*k, vf_of(0)));
+    vf rs = (eta * c - beyond) / (eta * c + beyond), rp = (c - eta * beyond) / (c + eta * beyond);
+    return vf_select(*k > 0.0f, 0.5f * (rs * rs + rp * rp), vf_of(1));
+}
+
+static vf3 secondary(const struct shading *shading, const struct surface *s, vf3 direction, int depth)
+{
+    vf3 d = vf3_normalise(direction, vf3_scale(s->normal, vf_of(-1)));
+    vi mirror = s->hit & ((s->flags & FV_MATERIAL_MIRROR) != 0);
+    vi glass = s->hit & ((s->flags & FV_MATERIAL_GLASS) != 0);
+    vf3 weight = vf3_select(mirror, s->mirror, (vf3){vf_of(0), vf_of(0), vf_of(0)});
+    vf3 sum = {vf_of(0), vf_of(0), vf_of(0)};
+    if (vi_any(glass)) {
+        vf eta = vf_select(s->outside, 1.0f / s->ior, s->ior), k;
+        vf c = vf_clamp(-vf_dot(d, s->normal), 1e-4f, 1);
+        vf reflectance = fresnel(c, eta, &k);
+        vf3 beyond = vf3_add(vf3_scale(d, eta), vf3_scale(s->normal, eta * c - vf_sqrt(vf_max(k, vf_of(0)))));
+        beyond = vf3_normalise(beyond, d);
+        sum = follow(shading, s, beyond, vf_of(-1), vf3_scale(s->transmission, 1.0f - reflectance),
+                     glass & (k > 0.0f), depth);
+        weight = vf3_select(glass, (vf3){reflectance, reflectance, reflectance}, weight);
+    }
+    return vf3_add(sum, follow(shading, s, reflected(s, d), vf_of(1), weight, mirror | glass, depth));
+}
+
+static vf3 radiance(const struct shading *shading, const struct rays *r, int depth, vf *t)
+{
+    const struct fv_tracer *tracer = shading->tracer;
+    const struct fv_scene *scene = tracer->data;
+    int first = __builtin_ctz(vi_bits(r->mask));
+    struct fv_ray_context context = packet_context(r->coherent, r->base[first], r->growth[first]);
+    struct packet_hit hit = packet_intersect(tracer, &context, r->origin, r->direction, r->mask);
+    vf3 out = vf3_of(scene->sky);
+    *t = hit.t;
+    if (vi_any(hit.hit)) {
+        struct surface s;
+        surface_set(&s, scene, &hit, r->origin, r->direction, r->base, r->growth);
+        vf3 lit = light_surface(shading, &s, r->direction);
+        if ((scene->features & (FV_SCENE_MIRRORS | FV_SCENE_GLASS)) &&
+            vi_any(s.hit & ((s.flags & (FV_MATERIAL_MIRROR | FV_MATERIAL_GLASS)) != 0)))
+            lit = vf3_add(lit, secondary(shading, &s, r->direction, depth));
+        out = vf3_select(hit.hit, lit, out);
+    }
+    return out;
+}
+
+/* Two numbers in [0, 1) from the blue-noise mask at the sample's pixel, turned by the seed. */
+static inline void randomise(struct shading *shading, vf x, vf y, uint32_t seed)
+{
+    vi column = vi_from(x), row = vi_from(y);
+    int mask = FV_NOISE_SIZE - 1;
+    vf shift1 = vf_of((float)(seed * 2654435769u >> 8) * 0x1p-24f);
+    vf shift2 = vf_of((float)(seed * 1566083941u >> 8) * 0x1p-24f);
+    vf a = vf_gather(shading->tracer->noise, (row & mask) * FV_NOISE_SIZE + (column & mask)) + shift1;
+    vf b = vf_gather(shading->tracer->noise, ((row + 23) & mask) * FV_NOISE_SIZE + ((column + 41) & mask)) + shift2;
+    shading->random1 = a - vf_floor(a);
+    shading->random2 = b - vf_floor(b);
+}
+
+void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
+                   uint32_t seed, int64_t *rays)
+{
+    struct shading shading = {.tracer = tracer, .rays = rays};
+    int64_t counted = rays[FV_RAY_PRIMARY] + samples->count;
+    vf3 corner = vf3_of(view->corner), dx = vf3_of(view->dx), dy = vf3_of(view->dy);
+    for (int i = 0; i < samples->count; i += FV_WIDTH) {
+        vf x = vf_load(samples->x + i), y = vf_load(samples->y + i);
+        struct rays r = {.origin = vf3_of(view->origin),
+                         .direction = vf3_add(corner, vf3_add(vf3_scale(dx, x), vf3_scale(dy, y))),
+                         .mask = vi_lanes() < samples->count - i,
+                         .base = vf_of(0), .growth = vf_of(view->pixel_size), .coherent = true};
+        vf t;
+        if (tracer->data->features & FV_SCENE_AREA_LIGHTS) randomise(&shading, x, y, seed);
+        vf3 seen = radiance(&shading, &r, tracer->depth, &t);
+        vf_store(samples->red + i, seen.x);
+        vf_store(samples->green + i, seen.y);
+        vf_store(samples->blue + i, seen.z);
+        vf_store(samples->inverse_depth + i, vf_select(t < 1e30f, 1.0f / vf_max(t, vf_of(1e-6f)), vf_of(0)));
+    }
+    rays[FV_RAY_PRIMARY] = counted;
+}

@@ -1,0 +1,45 @@
+/* cli: the command line: `foveola VERB [options]`. The only part that sees all the others; a verb is
+ * a row of the table in main.c. */
+#ifndef FV_CLI_CLI_H
+#define FV_CLI_CLI_H
+
+#include "config/config.h"
+#include "platform/files.h"
+#include "rt/frame/loop.h"
+#include "rt/frame/path.h"
+
+/* Exit codes, fixed: scripts depend on them. */
+enum { FV_EXIT_DONE = 0, FV_EXIT_NOT_HELD = 1, FV_EXIT_UNUSABLE = 2, FV_EXIT_DEVICE = 3 };
+
+struct fv_arguments {
+    struct fv_config_request request;
+    const char *out;     /* --out, "out" where it is not given */
+    int64_t frames;      /* --frames, -1 where it is not given */
+    const char *operand; /* what stands behind the verb without an option, NULL */
+};
+
+/* Each returns an exit code. */
+int fv_verb_run(const struct fv_arguments *arguments);
+int fv_verb_replay(const struct fv_arguments *arguments);
+int fv_verb_plan(const struct fv_arguments *arguments);
+int fv_verb_help(const struct fv_arguments *arguments);
+int fv_verb_version(const struct fv_arguments *arguments);
+
+/* Everything that frames need, from settings to the first frame; takes all memory. */
+struct fv_setup {
+    struct fv_config config;
+    struct fv_scene scene;
+    struct fv_tracer tracer;
+    struct fv_workers workers;
+    struct fv_plan plan;
+    struct fv_session session;
+    struct fv_loop loop;
+};
+
+/* Settings, scene, tracer and plan. Returns 0, or -1 with the error set. */
+int fv_setup_open(struct fv_setup *setup, const struct fv_config_request *request, struct fv_error *error);
+
+/* Workers, buffers and records for `frames` frames at most. */
+void fv_setup_loop(struct fv_setup *setup, int64_t frames);
+
+#endif

@@ -1,0 +1,52 @@
+/* replay: runs a recorded session again: its settings, with its tape in the sensors' place. */
+#include "cli/cli.h"
+
+#include "platform/log.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+/* The number of frames that were recorded, -1 where it is not there. */
+static int64_t recorded_frames(const char *folder, struct fv_error *error)
+{
+    char path[FV_PATH_MAX], *text;
+    size_t size;
+    if (fv_path_join(path, folder, "tape/frames")) return fv_error_set(error, "%s: path too long", folder);
+    if (fv_file_read(path, 64, &text, &size, error)) return -1;
+    long long frames = strtoll(text, NULL, 10);
+    free(text);
+    if (frames < 0) return fv_error_set(error, "%s: not a number of frames", path);
+    return frames;
+}
+
+int fv_verb_replay(const struct fv_arguments *arguments)
+{
+    static char settings[FV_PATH_MAX], head[FV_PATH_MAX + 16], gaze[FV_PATH_MAX + 16];
+    struct fv_arguments a = *arguments;
+    struct fv_error error;
+    if (!a.operand) {
+        fv_log("replay: name the folder of the recorded run: foveola replay DIR --out OTHER");
+        return FV_EXIT_UNUSABLE;
+    }
+    int64_t frames = recorded_frames(a.operand, &error);
+    if (frames < 0 || fv_path_join(settings, a.operand, "tape/settings.ini")) {
+        fv_log("%s", error.text);
+        return FV_EXIT_UNUSABLE;
+    }
+    /* Before what the command line sets, so that it can still change the rest. */
+    const char *first[4] = {"eye.source=tape", "imu.source=tape", gaze, head};
+    snprintf(gaze, sizeof gaze, "eye.tape=%.900s/tape/gaze.csv", a.operand);
+    snprintf(head, sizeof head, "imu.tape=%.900s/tape/head.csv", a.operand);
+    struct fv_config_request *r = &a.request;
+    if (r->files == 16 || r->sets + 4 > 64) {
+        fv_log("replay: too many --config or --set");
+        return FV_EXIT_UNUSABLE;
+    }
+    for (int i = r->files++; i > 0; i--) r->file[i] = r->file[i - 1];
+    r->file[0] = settings;
+    for (int i = r->sets - 1; i >= 0; i--) r->set[i + 4] = r->set[i];
+    for (int i = 0; i < 4; i++) r->set[i] = first[i];
+    r->sets += 4;
+    if (a.frames < 0) a.frames = frames;
+    return fv_verb_run(&a);
+}

@@ -1,0 +1,38 @@
+/* setup: from settings to a loop that is ready to run; used by every verb that renders. */
+#include "cli/cli.h"
+
+#include "platform/arena.h"
+
+#include <string.h>
+
+static int find_method(const struct fv_config *config, const struct fv_method **method, struct fv_error *error)
+{
+    char known[128] = "";
+    *method = fv_method_find(config->method_name);
+    if (*method) return 0;
+    for (int n = 0; fv_method_at(n); n++) {
+        strncat(known, " ", sizeof known - strlen(known) - 1);
+        strncat(known, fv_method_at(n)->name, sizeof known - strlen(known) - 1);
+    }
+    return fv_config_error(error, "method.name", "'%.60s' is not known; there are:%s", config->method_name, known);
+}
+
+int fv_setup_open(struct fv_setup *s, const struct fv_config_request *request, struct fv_error *error)
+{
+    const struct fv_method *method;
+    if (fv_config_load(&s->config, request, error)) return -1;
+    fv_arena_limit(fv_arena(), (size_t)s->config.budget_memory_mb << 20);
+    if (find_method(&s->config, &method, error)) return -1;
+    if (fv_scene_load(&s->scene, &s->config, error)) return -1;
+    if (fv_tracer_open(&s->tracer, &s->scene, &s->config, error)) return -1;
+    fv_frame_size(&s->loop.frame, &s->config);
+    fv_plan_make(&s->plan, method, &s->scene, &s->config, &s->loop.frame);
+    return 0;
+}
+
+void fv_setup_loop(struct fv_setup *s, int64_t frames)
+{
+    int count = s->config.threads_workers ? (int)s->config.threads_workers : fv_threads_cores();
+    fv_workers_start(&s->workers, count, strcmp(s->config.threads_pin, "on") == 0);
+    fv_loop_open(&s->loop, &s->config, &s->plan, &s->tracer, &s->workers, &s->session, frames);
+}

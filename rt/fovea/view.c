@@ -1,0 +1,77 @@
+/* view: cameras from poses, in double; see view.h. */
+#include "rt/fovea/view.h"
+
+#include <math.h>
+
+static void scaled(const struct fv_pose *pose, double x, double y, double z, float out[3])
+{
+    double v[3] = {x, y, z};
+    fv_quat_rotate(pose->rotation, v, v);
+    for (int i = 0; i < 3; i++) out[i] = (float)v[i];
+}
+
+bool fv_lens_project(const struct fv_lens *lens, const double d[3], double pixel[2])
+{
+    if (!(d[2] < -1e-6)) return false;
+    pixel[0] = (d[0] / -d[2] + lens->tan_left) * lens->width / (lens->tan_left + lens->tan_right);
+    pixel[1] = (lens->tan_up - d[1] / -d[2]) * lens->height / (lens->tan_up + lens->tan_down);
+    return true;
+}
+
+void fv_view_set(struct fv_view *view, const struct fv_lens *lens, const struct fv_pose *pose,
+                 const double gaze[3])
+{
+    double step_x = (lens->tan_left + lens->tan_right) / lens->width;
+    double step_y = (lens->tan_up + lens->tan_down) / lens->height;
+    double g[3] = {gaze[0], gaze[1], gaze[2]}, pixel[2];
+    double length = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
+    if (!(length > 1e-6 && length < 1e6) || !(g[2] < 0)) {
+        g[0] = g[1] = 0;
+        g[2] = -1;
+        length = 1;
+    }
+    view->width = lens->width;
+    view->height = lens->height;
+    view->pose = *pose;
+    view->lens = *lens;
+    view->pixel_size = (float)sqrt(step_x * step_y);
+    for (int i = 0; i < 3; i++) view->origin[i] = (float)pose->position_m[i];
+    scaled(pose, -lens->tan_left, lens->tan_up, -1, view->corner);
+    scaled(pose, step_x, 0, 0, view->dx);
+    scaled(pose, 0, -step_y, 0, view->dy);
+    scaled(pose, 0, 0, -1, view->axis);
+    scaled(pose, g[0] / length, g[1] / length, g[2] / length, view->gaze);
+    if (!fv_lens_project(lens, g, pixel)) pixel[0] = pixel[1] = -1e6;
+    for (int i = 0; i < 2; i++) view->gaze_px[i] = (float)fmax(-1e6, fmin(1e6, pixel[i]));
+}
+
+/* Columns of the matrix that turns eye-space vectors of `before` into (X, Y, Z) above. */
+static void to_pixels(const struct fv_lens *lens, const double v[3], double out[3])
+{
+    double across = lens->width / (lens->tan_left + lens->tan_right);
+    double down = lens->height / (lens->tan_up + lens->tan_down);
+    double ahead = -v[2];
+    out[0] = (v[0] + lens->tan_left * ahead) * across;
+    out[1] = (lens->tan_up * ahead - v[1]) * down;
+    out[2] = ahead;
+}
+
+void fv_map_set(struct fv_map *map, const struct fv_view *now, const struct fv_view *before)
+{
+    double to_before[4], inverse[4], column[3], moved[3];
+    const struct fv_lens *l = &now->lens;
+    double step_x = (l->tan_left + l->tan_right) / l->width, step_y = (l->tan_up + l->tan_down) / l->height;
+    double columns[3][3] = {{step_x, 0, 0}, {0, -step_y, 0}, {-l->tan_left, l->tan_up, -1}};
+    fv_quat_conjugate(before->pose.rotation, inverse);
+    fv_quat_multiply(inverse, now->pose.rotation, to_before);
+    fv_quat_normalise(to_before);
+    for (int c = 0; c < 3; c++) {
+        fv_quat_rotate(to_before, columns[c], column);
+        to_pixels(&before->lens, column, column);
+        for (int r = 0; r < 3; r++) map->m[r][c] = (float)column[r];
+    }
+    for (int i = 0; i < 3; i++) moved[i] = now->pose.position_m[i] - before->pose.position_m[i];
+    fv_quat_rotate(inverse, moved, moved);
+    to_pixels(&before->lens, moved, moved);
+    for (int r = 0; r < 3; r++) map->t[r] = (float)moved[r];
+}

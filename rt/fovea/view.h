@@ -1,0 +1,49 @@
+/* view: one eye in one frame: where its rays start and go, where the gaze is, and the map from
+ * its pixels to those of the frame before.
+ *
+ * Pixel (column, row) covers the square [column, column + 1) x [row, row + 1); its centre lies
+ * at + 0.5. The direction through (x, y) is corner + x * dx + y * dy; its component along the
+ * optical axis is 1, so that the ray parameter t of a hit is its depth along the axis. */
+#ifndef FV_FOVEA_VIEW_H
+#define FV_FOVEA_VIEW_H
+
+#include "platform/pose.h"
+
+#include <stdbool.h>
+
+/* Half-angles' tangents from the optical axis to the picture's edges. */
+struct fv_lens {
+    double tan_left, tan_right, tan_up, tan_down; /* all positive */
+    int width, height;                            /* pixels */
+};
+
+struct fv_view {
+    int width, height;
+    float origin[3];                 /* world, m */
+    float corner[3], dx[3], dy[3];   /* world */
+    float axis[3];                   /* optical axis, unit */
+    float pixel_size;                /* width of a pixel at depth 1 */
+    float gaze[3];                   /* unit, world */
+    float gaze_px[2];                /* where the gaze meets the picture; far outside where it does not */
+    struct fv_pose pose;             /* of the eye */
+    struct fv_lens lens;
+};
+
+/* The picture of the same world point in the view before: with w = 1 / depth,
+ * (X, Y, Z) = m (x, y, 1) + w t; pixel (X / Z, Y / Z), inverse depth w / Z; behind the eye
+ * where Z <= 0. From the exact poses in double, so that large coordinates do not cancel. */
+struct fv_map {
+    float m[3][3], t[3];
+};
+
+/* `pose`: of the eye; `gaze`: unit vector in the eye's frame (x right, y up, -z ahead). A gaze
+ * that is not finite or points backwards counts as straight ahead. */
+void fv_view_set(struct fv_view *view, const struct fv_lens *lens, const struct fv_pose *pose,
+                 const double gaze[3]);
+
+void fv_map_set(struct fv_map *map, const struct fv_view *now, const struct fv_view *before);
+
+/* Pixel of a direction given in the eye's frame; false where it points backwards. */
+bool fv_lens_project(const struct fv_lens *lens, const double direction[3], double pixel[2]);
+
+#endif

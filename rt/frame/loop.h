@@ -1,0 +1,48 @@
+/* loop: frames one after another: latch, passes, present, record. Sensors and display are two
+ * functions handed in, so that rt knows neither. */
+#ifndef FV_FRAME_LOOP_H
+#define FV_FRAME_LOOP_H
+
+#include "platform/clock.h"
+#include "platform/trace.h"
+#include "rt/frame/plan.h"
+
+/* What the loop asks for and hands out. */
+struct fv_loop_io {
+    void *context;
+    /* Head pose in the world and each eye's gaze (unit, head space) for the session time t_ns. */
+    void (*latch)(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3], double *uncertainty_deg);
+    /* True when the picture of this frame is wanted. */
+    bool (*wants)(void *context, int64_t frame, bool last);
+    /* The finished picture: `frame`'s FV_PICTURE buffers. */
+    void (*present)(void *context, const struct fv_frame *frame);
+    /* Called after each frame; returns false to stop. */
+    bool (*after)(void *context, const struct fv_session *session, const struct fv_frame_record *record);
+};
+
+struct fv_loop {
+    const struct fv_config *config;
+    const struct fv_plan *plan;
+    const struct fv_clock *clock;
+    struct fv_workers *workers;
+    struct fv_trace *trace;
+    struct fv_session *session;
+    struct fv_frame frame;
+    int64_t period_ns;
+};
+
+/* Takes everything that frames need: buffers, session records, trace rings. `frames`: how many are
+ * going to be recorded at most. `tracer` stays the caller's. */
+void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const struct fv_plan *plan,
+                  const struct fv_tracer *tracer, struct fv_workers *workers, struct fv_session *session,
+                  int64_t frames);
+
+/* Runs `frames` frames (-1: until `after` says stop). Frame n is shown at n periods. */
+void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t frames);
+
+/* One frame at the given pose, gaze and time, without presenting or recording: for measurements and
+ * tests. */
+void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3],
+                   double uncertainty_deg, int64_t t_ns, struct fv_frame_record *record);
+
+#endif

@@ -1,0 +1,25 @@
+/* method: a list of passes and a map from quality level to parameters. A new method is one row of
+ * the table in method.c and, perhaps, passes of its own. */
+#ifndef FV_METHOD_METHOD_H
+#define FV_METHOD_METHOD_H
+
+#include "config/config.h"
+#include "rt/pass/pass.h"
+
+enum { FV_METHOD_PASSES_MAX = 8 };
+
+struct fv_method {
+    const char *name, *what;
+    const struct fv_pass *pass[FV_METHOD_PASSES_MAX + 1]; /* NULL behind the last */
+    /* Level 0 is what the settings say; each further level costs less. */
+    int levels;
+    void (*parameters)(const struct fv_config *config, int level, struct fv_parameters *out);
+};
+
+/* NULL where there is none of that name. */
+const struct fv_method *fv_method_find(const char *name);
+
+/* The n-th method, NULL past the last. */
+const struct fv_method *fv_method_at(int n);
+
+#endif

@@ -1,0 +1,30 @@
+/* kernels: the table of functions that are compiled once for each instruction set. A pass asks
+ * fv_kernels(isa) once and calls through it. */
+#ifndef FV_PASS_KERNELS_H
+#define FV_PASS_KERNELS_H
+
+#include "rt/trace/tracer.h"
+
+struct fv_reproject_tile; /* rt/pass/reproject.h */
+
+struct fv_kernels {
+    int width; /* lanes */
+
+    /* Traces and shades samples [0, count); seed: changes the random numbers of area lights.
+     * Adds to rays[FV_RAY_*]. */
+    void (*trace)(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
+                  uint32_t seed, int64_t *rays);
+
+    /* Tone-maps and encodes n linear radiances to pixels (pixel.h); n and the arrays padded to the width. */
+    void (*encode)(const float *red, const float *green, const float *blue, float exposure, uint32_t *pixel, int n);
+
+    /* One tile of history into the new view; see reproject.h. */
+    void (*reproject)(struct fv_reproject_tile *tile);
+
+    /* n pixels to 8-bit r, g, b, 255; n padded to the width. */
+    void (*present)(const uint32_t *pixel, uint8_t *rgbx, int n);
+};
+
+const struct fv_kernels *fv_kernels(enum fv_isa isa);
+
+#endif

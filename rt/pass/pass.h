@@ -1,0 +1,98 @@
+/* pass: the unit of work of a frame: a function over tiles, and what it reads and writes.
+ *
+ * A frame's picture is cut into tiles of 32 x 32 pixels, all eyes' tiles numbered through; a tile
+ * into 8 x 8 blocks of 4 x 4 pixels, bit 8 * row + column of a 64-bit mask. Passes run one after
+ * another, each over all tiles on all workers; a tile of a pass writes only its own pixels (or
+ * support nodes), so the order of tiles changes nothing. */
+#ifndef FV_PASS_PASS_H
+#define FV_PASS_PASS_H
+
+#include "rt/fovea/foveal.h"
+#include "rt/pass/kernels.h"
+#include "rt/trace/rays.h"
+#include "platform/threads.h"
+
+enum { FV_TILE = 32, FV_BLOCK = 4, FV_BLOCKS = FV_TILE / FV_BLOCK };
+
+enum fv_buffer {
+    FV_COLOUR,         /* this frame's pixels (trace/pixel.h), stride x rows */
+    FV_DEPTH,          /* their inverse depths, float, 1/m */
+    FV_HISTORY_COLOUR, /* the frame before: swapped with the two above after each frame */
+    FV_HISTORY_DEPTH,
+    FV_SUPPORT_COLOUR, /* support image: one node every `spacing` pixels, at its cell's centre */
+    FV_SUPPORT_DEPTH,  /* support G-buffer */
+    FV_SELECTED,       /* mask of traced blocks, 64 bits a tile */
+    FV_PICTURE,        /* 8-bit picture for the display */
+    FV_BUFFERS
+};
+
+/* Bit of a buffer in a pass's reads and writes. */
+#define FV_BIT(buffer) (1u << (buffer))
+
+/* Flags in a pixel, above its colour (trace/pixel.h). */
+#define FV_PIXEL_SAMPLED (1u << 30) /* traced in this frame */
+#define FV_PIXEL_FILLED (1u << 31)  /* no history arrived: taken from the support image */
+
+/* What a method's quality level sets. */
+struct fv_parameters {
+    struct fv_foveal foveal;
+    int spp;
+};
+
+struct fv_worker_scratch {
+    struct fv_samples samples;
+    float sum[3][FV_SAMPLES_MAX];
+    uint32_t pixel[FV_SAMPLES_MAX];
+    _Alignas(64) int64_t rays[FV_RAY_KINDS]; /* this frame's */
+};
+
+struct fv_frame {
+    int64_t number, t_ns;
+    int eyes, width, height;
+    int tiles_x, tiles_y, tiles; /* tiles: of all eyes */
+    int64_t stride, rows;        /* of the pixel buffers: whole tiles */
+    int spacing;                 /* pixels between support nodes; stride / spacing nodes a row */
+    bool has_history, overlay;
+    float alpha, epsilon_depth;
+    struct fv_parameters parameters;
+    struct fv_view view[2], before[2];
+    struct fv_map map[2];
+    const struct fv_tracer *tracer;
+    const struct fv_kernels *kernels;
+    void *buffer[FV_BUFFERS][2]; /* of each eye, NULL where the plan left it out */
+    struct fv_worker_scratch *scratch;
+};
+
+struct fv_tile {
+    int index, eye, worker;
+    int x0, y0; /* first pixel */
+};
+
+struct fv_pass {
+    const char *name;
+    uint32_t reads, writes; /* bits of fv_buffer */
+    void (*run)(struct fv_frame *frame, const struct fv_tile *tile);
+};
+
+extern const struct fv_pass fv_pass_sample_all, fv_pass_support, fv_pass_select, fv_pass_reproject,
+    fv_pass_sample, fv_pass_present;
+
+/* Runs one pass over all tiles. */
+void fv_pass_run(const struct fv_pass *pass, struct fv_frame *frame, struct fv_workers *workers);
+
+/* First element of tile's row y (0..31) in a buffer of 32-bit pixels. */
+static inline int64_t fv_tile_row(const struct fv_frame *frame, const struct fv_tile *tile, int y)
+{
+    return (int64_t)(tile->y0 + y) * frame->stride + tile->x0;
+}
+
+/* Blocks of the tile that lie in the picture at least in part. */
+uint64_t fv_tile_inside(const struct fv_frame *frame, const struct fv_tile *tile);
+
+/* Puts the centres of all pixels of the masked blocks, block by block, into the worker's samples. */
+void fv_tile_place(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);
+
+/* Places, traces and encodes them, into scratch->samples and scratch->pixel. */
+void fv_tile_trace(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);
+
+#endif

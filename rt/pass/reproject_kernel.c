@@ -1,0 +1,191 @@
+/* reproject_kernel: one tile, row by row, a vector of neighbouring pixels at a time.
+ *
+ * A pixel's inverse depth w is first guessed from the support nodes around it, interpolated (which
+ * is exact on planes, since w is linear in the picture). The guess is good where the history at the
+ * place it maps to has the depth that it predicts. Where nodes disagree or the guess fails, the
+ * nearest and the farthest node and the surface that the history itself shows are tried too, and the
+ * nearest one that holds wins: what is in front stays in front. */
+#include "rt/pass/reproject.h"
+#include "rt/trace/pixel.h"
+
+#define reproject FV_ISA_NAME(fv_reproject)
+void reproject(struct fv_reproject_tile *tile);
+
+/* Support nodes' inverse depths, spread over a row of the tile's pixels. */
+struct row {
+    _Alignas(64) float w[FV_TILE], nearest[FV_TILE], farthest[FV_TILE];
+};
+
+/* Where a guess leads. */
+struct place {
+    vi good;       /* mask: the history there has the depth that the guess predicts */
+    vf w;          /* the guess */
+    vf x, y;       /* in the history */
+    vf history_w;  /* what the history holds there */
+    vf scale;      /* Z: inverse depths there times this are ... (view.h) */
+    vi index;      /* of the pixel there */
+};
+
+static inline int clamp_node(int i, int nodes)
+{
+    return i < 0 ? 0 : i >= nodes ? nodes - 1 : i;
+}
+
+/* The row of pixels at height y (picture coordinates of its centre). */
+static void spread(const struct fv_reproject_tile *t, float y, struct row *row)
+{
+    float across = 1.0f / (float)t->spacing;
+    float sy = y * across - 0.5f;
+    int j = (int)__builtin_floorf(sy);
+    float fy = sy - (float)j;
+    const float *above = t->support_depth + clamp_node(j, t->nodes_y) * t->support_stride;
+    const float *below = t->support_depth + clamp_node(j + 1, t->nodes_y) * t->support_stride;
+    int half = t->spacing / 2, first = t->x0 / t->spacing - 1;
+    /* Runs of pixels that lie between the same two nodes: half a cell, whole ones, half a cell. */
+    for (int x = 0, run = half; x < FV_TILE; x += run, first++, run = t->spacing) {
+        int a = clamp_node(first, t->nodes_x), b = clamp_node(first + 1, t->nodes_x);
+        float left = above[a] + (below[a] - above[a]) * fy, right = above[b] + (below[b] - above[b]) * fy;
+        float high = __builtin_fmaxf(__builtin_fmaxf(above[a], below[a]), __builtin_fmaxf(above[b], below[b]));
+        float low = __builtin_fminf(__builtin_fminf(above[a], below[a]), __builtin_fminf(above[b], below[b]));
+        if (run > FV_TILE - x) run = FV_TILE - x;
+        float f0 = (x == 0 ? (float)half : 0.0f) + 0.5f;
+        for (int i = 0; i < run; i++) {
+            row->w[x + i] = left + (right - left) * ((f0 + (float)i) * across);
+            row->nearest[x + i] = high;
+            row->farthest[x + i] = low;
+        }
+    }
+}
+
+static inline struct place look_up(const struct fv_reproject_tile *t, vf3 along, vf w)
+{
+    const float *m = t->map.t;
+    struct place p = {.w = w, .scale = along.z + m[2] * w};
+    vi ahead = p.scale > 1e-4f;
+    vf inverse = 1.0f / vf_max(p.scale, vf_of(1e-4f));
+    p.x = vf_clamp((along.x + m[0] * w) * inverse, -8, 16384);
+    p.y = vf_clamp((along.y + m[1] * w) * inverse, -8, 16384);
+    vi inside = ahead & (p.x >= 0.0f) & (p.x < (float)t->width) & (p.y >= 0.0f) & (p.y < (float)t->height);
+    p.index = (vi_from(p.y) * (int32_t)t->stride + vi_from(p.x)) & inside;
+    p.history_w = vf_gather(t->history_depth, p.index);
+    vf expected = w * inverse;
+    p.good = inside & (vf_abs(p.history_w - expected) <= t->epsilon * vf_max(p.history_w, expected));
+    return p;
+}
+
+/* In this view, the inverse depth of what the history shows at a place. */
+static inline vf history_surface(const struct fv_reproject_tile *t, vf3 along, const struct place *p)
+{
+    return vf_clamp(p->history_w * along.z / vf_max(1.0f - t->map.t[2] * p->history_w, vf_of(1e-3f)), 0, 1e6f);
+}
+
+/* Takes the guess where it holds and is nearer than what is there, or nothing good is. */
+static inline void prefer(struct place *best, const struct place *p)
+{
+    vi better = p->good & (~best->good | (p->w > best->w));
+    best->w = vf_select(better, p->w, best->w);
+    best->x = vf_select(better, p->x, best->x);
+    best->y = vf_select(better, p->y, best->y);
+    best->history_w = vf_select(better, p->history_w, best->history_w);
+    best->scale = vf_select(better, p->scale, best->scale);
+    best->index = vi_select(better, p->index, best->index);
+    best->good |= p->good;
+}
+
+/* The history's colour at a place: bilinear, of the four pixels around it; with `edges` only of
+ * those that show the same surface. */
+static inline vf3 history_colour(const struct fv_reproject_tile *t, const struct place *p, bool edges)
+{
+    vf x = vf_clamp(p->x - 0.5f, 0, (float)(t->width - 1)), y = vf_clamp(p->y - 0.5f, 0, (float)(t->height - 1));
+    vf x0 = vf_floor(x), y0 = vf_floor(y), fx = x - x0, fy = y - y0;
+    vi ix = vi_from(x0), iy = vi_from(y0);
+    vi right = (ix < t->width - 1) & 1, down = (iy < t->height - 1) & (int32_t)t->stride;
+    vi at[4] = {iy * (int32_t)t->stride + ix};
+    at[1] = at[0] + right;
+    at[2] = at[0] + down;
+    at[3] = at[2] + right;
+    vf weight[4] = {(1.0f - fx) * (1.0f - fy), fx * (1.0f - fy), (1.0f - fx) * fy, fx * fy};
+    vf3 sum = {vf_of(0), vf_of(0), vf_of(0)};
+    vf total = vf_of(0);
+    for (int i = 0; i < 4; i++) {
+        if (edges) {
+            vf w = vf_gather(t->history_depth, at[i]);
+            vi same = vf_abs(w - p->history_w) <= 2.0f * t->epsilon * vf_max(w, p->history_w);
+            weight[i] = vf_select(same, weight[i], vf_of(0));
+        }
+        total += weight[i];
+        sum = vf3_add(sum, vf3_scale(pixel_unpack(vi_gather(t->history_colour, at[i])), weight[i]));
+    }
+    vf3 nearest = pixel_unpack(vi_gather(t->history_colour, p->index));
+    vi some = total > 0.05f;
+    return vf3_select(some, vf3_scale(sum, 1.0f / vf_max(total, vf_of(0.05f))), nearest);
+}
+
+/* The support image's colour at pixel coordinates, bilinear. */
+static inline vf3 support_colour(const struct fv_reproject_tile *t, vf px, vf py)
+{
+    vf x = vf_clamp(px * (1.0f / (float)t->spacing) - 0.5f, 0, (float)(t->nodes_x - 1));
+    vf y = vf_clamp(py * (1.0f / (float)t->spacing) - 0.5f, 0, (float)(t->nodes_y - 1));
+    vf x0 = vf_floor(x), y0 = vf_floor(y), fx = x - x0, fy = y - y0;
+    vi ix = vi_from(x0), iy = vi_from(y0), stride = vi_of((int32_t)t->support_stride);
+    vi at = iy * stride + ix, right = (ix < t->nodes_x - 1) & 1, down = (iy < t->nodes_y - 1) & stride;
+    vf3 a = pixel_unpack(vi_gather(t->support_colour, at)), b = pixel_unpack(vi_gather(t->support_colour, at + right));
+    vf3 c = pixel_unpack(vi_gather(t->support_colour, at + down));
+    vf3 d = pixel_unpack(vi_gather(t->support_colour, at + down + right));
+    vf3 upper = vf3_add(a, vf3_scale(vf3_sub(b, a), fx)), lower = vf3_add(c, vf3_scale(vf3_sub(d, c), fx));
+    return vf3_add(upper, vf3_scale(vf3_sub(lower, upper), fy));
+}
+
+/* One vector of pixels; returns the bits of those without history. */
+static inline unsigned step(const struct fv_reproject_tile *t, const struct row *row, int x, float y, int64_t out)
+{
+    const float(*m)[3] = t->map.m;
+    vf px = (float)(t->x0 + x) + 0.5f + vf_from(vi_lanes());
+    vf3 along = {m[0][0] * px + (m[0][1] * y + m[0][2]), m[1][0] * px + (m[1][1] * y + m[1][2]),
+                 m[2][0] * px + (m[2][1] * y + m[2][2])};
+    vf w = vf_load(row->w + x), nearest = vf_load(row->nearest + x), farthest = vf_load(row->farthest + x);
+    struct place best = look_up(t, along, w);
+    vi edge = nearest - farthest > 4.0f * t->epsilon * nearest;
+    bool edges = vi_any(edge | ~best.good);
+    if (edges) {
+        struct place shown = look_up(t, along, history_surface(t, along, &best));
+        struct place front = look_up(t, along, nearest), back = look_up(t, along, farthest);
+        prefer(&best, &shown);
+        struct place front_shown = look_up(t, along, history_surface(t, along, &front));
+        front.good &= edge;
+        front_shown.good &= edge;
+        prefer(&best, &front);
+        prefer(&best, &front_shown);
+        prefer(&best, &back);
+    }
+    vi filled = ~best.good;
+    vf3 colour = history_colour(t, &best, edges);
+    vf depth = vf_select(edge & best.good, history_surface(t, along, &best), best.w);
+    if (vi_any(filled)) {
+        colour = vf3_select(filled, support_colour(t, px, vf_of(y)), colour);
+        depth = vf_select(filled, w, depth);
+    }
+    vi_store(t->colour + out, pixel_pack(colour) | (filled & (int32_t)FV_PIXEL_FILLED));
+    vf_store(t->depth + out, depth);
+    return vi_bits(filled);
+}
+
+void reproject(struct fv_reproject_tile *t)
+{
+    struct row row;
+    int missing[FV_BLOCKS] = {0};
+    t->failed = 0;
+    for (int y = 0; y < FV_TILE; y++) {
+        float py = (float)(t->y0 + y) + 0.5f;
+        int64_t out = (int64_t)(t->y0 + y) * t->stride + t->x0;
+        uint32_t filled = 0;
+        spread(t, py, &row);
+        for (int x = 0; x < FV_TILE; x += FV_WIDTH) filled |= step(t, &row, x, py, out + x) << x;
+        for (int b = 0; b < FV_BLOCKS; b++) missing[b] += __builtin_popcount(filled >> (FV_BLOCK * b) & 15);
+        if (y % FV_BLOCK != FV_BLOCK - 1) continue;
+        for (int b = 0; b < FV_BLOCKS; b++) {
+            t->failed |= (uint64_t)(missing[b] >= FV_BLOCK) << (y / FV_BLOCK * FV_BLOCKS + b);
+            missing[b] = 0;
+        }
+    }
+}

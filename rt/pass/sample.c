@@ -1,0 +1,56 @@
+/* sample: traces the selected blocks and merges them over what was reprojected: replaced in the
+ * fovea, where no history arrived and where the depth differs; blended elsewhere (Weier et al.
+ * 2016, section 3.4, with a fixed weight). */
+#include "rt/pass/reproject.h"
+
+/* history + alpha * (sample - history) in each 10-bit channel, to the nearest. */
+static inline uint32_t blend(uint32_t history, uint32_t sample, int alpha_256)
+{
+    uint32_t out = 0;
+    for (int shift = 0; shift < 30; shift += 10) {
+        int h = history >> shift & 1023, s = sample >> shift & 1023;
+        out |= (uint32_t)(h + ((s - h) * alpha_256 + 128) / 256) << shift;
+    }
+    return out;
+}
+
+static bool replaced(const struct fv_frame *f, const struct fv_tile *tile, int block)
+{
+    if (!f->has_history) return true;
+    float x = (float)(tile->x0 + block % FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
+    float y = (float)(tile->y0 + block / FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
+    /* Half a block more than r0: blocks that r0 only touches are in the fovea too. */
+    const struct fv_view *view = &f->view[tile->eye];
+    return fv_eccentricity_deg(view, x, y) <= f->parameters.foveal.r0_deg + 2.9f * view->pixel_size * 57.29578f;
+}
+
+static void merge_block(struct fv_frame *f, const struct fv_tile *tile, int block, const uint32_t *pixel,
+                        const float *depth)
+{
+    bool replace = replaced(f, tile, block);
+    int alpha = (int)(f->alpha * 256.0f + 0.5f);
+    for (int y = 0; y < FV_BLOCK; y++) {
+        int64_t at = fv_tile_row(f, tile, block / FV_BLOCKS * FV_BLOCK + y) + block % FV_BLOCKS * FV_BLOCK;
+        uint32_t *out = (uint32_t *)f->buffer[FV_COLOUR][tile->eye] + at;
+        float *out_depth = (float *)f->buffer[FV_DEPTH][tile->eye] + at;
+        for (int x = 0; x < FV_BLOCK; x++, pixel++, depth++) {
+            float larger = *depth > out_depth[x] ? *depth : out_depth[x];
+            float difference = *depth > out_depth[x] ? *depth - out_depth[x] : out_depth[x] - *depth;
+            bool fresh = replace || (out[x] & FV_PIXEL_FILLED) || difference > f->epsilon_depth * larger;
+            out[x] = FV_PIXEL_SAMPLED | (fresh ? *pixel : blend(out[x], *pixel, alpha));
+            out_depth[x] = *depth;
+        }
+    }
+}
+
+static void run(struct fv_frame *f, const struct fv_tile *tile)
+{
+    struct fv_worker_scratch *s = &f->scratch[tile->worker];
+    uint64_t blocks = ((uint64_t *)f->buffer[FV_SELECTED][0])[tile->index];
+    fv_tile_trace(f, tile, blocks);
+    for (int n = 0; blocks; blocks &= blocks - 1, n += FV_BLOCK * FV_BLOCK)
+        merge_block(f, tile, __builtin_ctzll(blocks), s->pixel + n, s->samples.inverse_depth + n);
+}
+
+const struct fv_pass fv_pass_sample = {
+    "sample", FV_BIT(FV_SELECTED) | FV_BIT(FV_COLOUR) | FV_BIT(FV_DEPTH), FV_BIT(FV_COLOUR) | FV_BIT(FV_DEPTH), run};

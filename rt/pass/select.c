@@ -1,0 +1,45 @@
+/* select: which blocks of a tile are sampled: those whose blue-noise threshold lies below the
+ * foveal function at their centre. Most tiles lie wholly inside r0 or beyond r1, where the
+ * function is constant; only between is it evaluated block by block. */
+#include "rt/pass/pass.h"
+
+/* Half the diagonal of `size` pixels as an angle, from above: a pixel never spans more than its
+ * angle at the centre of the picture. */
+static float radius_deg(const struct fv_view *view, float size)
+{
+    return 0.7072f * size * view->pixel_size * 57.29578f;
+}
+
+/* Eccentricity of the block's nearest point: a block that r0 touches is sampled whole. */
+static float nearest_deg(const struct fv_view *view, float x, float y)
+{
+    float e = fv_eccentricity_deg(view, x, y) - radius_deg(view, FV_BLOCK);
+    return e > 0 ? e : 0;
+}
+
+static void run(struct fv_frame *f, const struct fv_tile *tile)
+{
+    const struct fv_view *view = &f->view[tile->eye];
+    const struct fv_foveal *foveal = &f->parameters.foveal;
+    uint64_t *selected = (uint64_t *)f->buffer[FV_SELECTED][0] + tile->index, mask = 0;
+    float half = 0.5f * FV_TILE, radius = radius_deg(view, FV_TILE) + radius_deg(view, FV_BLOCK);
+    float centre = fv_eccentricity_deg(view, (float)tile->x0 + half, (float)tile->y0 + half);
+    bool constant = centre + radius <= foveal->r0_deg || centre - radius >= foveal->r1_deg;
+    float p = fv_foveal_probability(foveal, centre);
+    uint64_t inside = fv_tile_inside(f, tile);
+    if (!f->has_history || (constant && p >= 1)) {
+        *selected = inside;
+        return;
+    }
+    for (int block = 0; block < FV_BLOCKS * FV_BLOCKS; block++) {
+        int x = tile->x0 + block % FV_BLOCKS * FV_BLOCK, y = tile->y0 + block / FV_BLOCKS * FV_BLOCK;
+        if (!constant)
+            p = fv_foveal_probability(foveal, nearest_deg(view, (float)x + 0.5f * FV_BLOCK, (float)y + 0.5f * FV_BLOCK));
+        /* The other eye looks up another part of the mask, so that the two fill each other in. */
+        float threshold = fv_noise_threshold(x / FV_BLOCK + 29 * tile->eye, y / FV_BLOCK + 37 * tile->eye, f->number);
+        mask |= (uint64_t)(threshold < p) << block;
+    }
+    *selected = mask & inside;
+}
+
+const struct fv_pass fv_pass_select = {"select", 0, FV_BIT(FV_SELECTED), run};

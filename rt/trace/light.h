@@ -1,0 +1,114 @@
+/* light: direct light on a packet's surfaces: Phong, with a shadow ray to each light and several
+ * to area lights. For kernels only. */
+#ifndef FV_TRACE_LIGHT_H
+#define FV_TRACE_LIGHT_H
+
+#include "rt/fovea/foveal.h"
+#include "rt/trace/rays.h"
+#include "rt/trace/surface.h"
+
+#define FV_PI 3.14159265f
+
+/* What shading of one packet needs besides the surface. */
+struct shading {
+    const struct fv_tracer *tracer;
+    vf random1, random2; /* in [0, 1), one a lane */
+    int64_t *rays;       /* by enum fv_ray_kind */
+};
+
+/* Radiance towards the viewer for irradiance 1 at normal incidence from unit direction l, times the
+ * cosine: Lambert plus the normalised Phong lobe. `view`: unit, towards the viewer. */
+static inline vf3 phong(const struct surface *s, vf3 view, vf3 l, vf cosine, bool any_specular)
+{
+    vf3 out = vf3_scale(s->diffuse, cosine * (1 / FV_PI));
+    if (!any_specular) return out;
+    vf along = 2.0f * cosine * vf_dot(s->normal, view) - vf_dot(l, view);
+    vf lobe = vf_exp2(s->shininess * vf_log2(vf_clamp(along, 1e-6f, 1)));
+    lobe = vf_select(along > 1e-6f, lobe, vf_of(0)) * (s->shininess + 2.0f) * (cosine / (2 * FV_PI));
+    return vf3_add(out, vf3_scale(s->specular, lobe));
+}
+
+struct lit {
+    const struct shading *shading;
+    const struct surface *surface;
+    vf3 view, start; /* start: where shadow rays leave */
+    bool any_specular;
+    vf3 sum;
+};
+
+/* Adds light that arrives from start + way (way up to `far` of it free), `irradiance` at normal
+ * incidence in the lanes of `mask`. */
+static inline void add_light(struct lit *lit, vf3 way, vf far, vf3 l, vf3 irradiance, vi mask)
+{
+    const struct surface *s = lit->surface;
+    vf cosine = vf_dot(s->normal, l);
+    mask &= s->hit & (cosine > 0.0f) & (vf_dot(s->geometric, l) > 0.0f);
+    unsigned bits = vi_bits(mask);
+    if (!bits) return;
+    lit->shading->rays[FV_RAY_SHADOW] += __builtin_popcount(bits);
+    struct fv_ray_context context = packet_context(true, s->footprint[__builtin_ctz(bits)], 0);
+    mask &= ~packet_occluded(lit->shading->tracer, &context, lit->start, way, far, mask);
+    vf3 f = phong(s, lit->view, l, cosine, lit->any_specular);
+    vf3 add = {f.x * irradiance.x, f.y * irradiance.y, f.z * irradiance.z};
+    lit->sum = vf3_add(lit->sum, vf3_select(mask, add, (vf3){vf_of(0), vf_of(0), vf_of(0)}));
+}
+
+static inline void add_point(struct lit *lit, const struct fv_light *light)
+{
+    vf3 way = vf3_sub(vf3_of(light->position), lit->start);
+    vf d2 = vf_max(vf_dot(way, way), vf_of(1e-12f));
+    vf3 l = vf3_scale(way, 1.0f / vf_sqrt(d2));
+    add_light(lit, way, vf_of(0.99999f), l, vf3_scale(vf3_of(light->colour), 1.0f / d2), vi_of(-1));
+}
+
+/* Stratified by a rank-1 sequence (Roberts' R2) shifted by the lane's random numbers. */
+static inline void add_area(struct lit *lit, const struct fv_light *light)
+{
+    int n = lit->shading->tracer->area_spp;
+    vf3 u = vf3_of(light->u), v = vf3_of(light->v), corner = vf3_of(light->position);
+    vf3 face = {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x}; /* length: area */
+    for (int i = 0; i < n; i++) {
+        vf a = lit->shading->random1 + (float)i * 0.75487766f, b = lit->shading->random2 + (float)i * 0.56984029f;
+        a -= vf_floor(a);
+        b -= vf_floor(b);
+        vf3 at = vf3_add(corner, vf3_add(vf3_scale(u, a), vf3_scale(v, b)));
+        vf3 way = vf3_sub(at, lit->start);
+        vf d2 = vf_max(vf_dot(way, way), vf_of(1e-6f));
+        vf3 l = vf3_scale(way, 1.0f / vf_sqrt(d2));
+        vf emitted = vf_max(-vf_dot(face, l), vf_of(0)) / (d2 * (float)n);
+        add_light(lit, way, vf_of(0.999f), l, vf3_scale(vf3_of(light->colour), emitted), emitted > 0.0f);
+    }
+}
+
+static inline void add_sun(struct lit *lit, const struct fv_light *light)
+{
+    vf3 l = vf3_of(light->position);
+    add_light(lit, l, vf_of(__builtin_inff()), l, vf3_of(light->colour), vi_of(-1));
+}
+
+/* Emission, ambient and all lights. `direction`: of the ray that came here, any length. */
+static inline vf3 light_surface(const struct shading *shading, const struct surface *s, vf3 direction)
+{
+    const struct fv_scene *scene = shading->tracer->data;
+    vf3 ambient = vf3_of(scene->ambient);
+    /* A little darker from below, so that vaults keep their shape where no light reaches. */
+    vf sky = 0.8f + 0.2f * s->normal.y;
+    vf3 zero = {vf_of(0), vf_of(0), vf_of(0)};
+    struct lit lit = {.shading = shading, .surface = s, .sum = s->emission};
+    lit.sum = vf3_add(lit.sum, (vf3){ambient.x * s->diffuse.x * sky, ambient.y * s->diffuse.y * sky,
+                                     ambient.z * s->diffuse.z * sky});
+    lit.any_specular = vi_any(s->hit & ((s->flags & FV_MATERIAL_SPECULAR) != 0));
+    if (lit.any_specular) lit.view = vf3_normalise(vf3_scale(direction, vf_of(-1)), s->normal);
+    lit.start = vf3_add(s->point, vf3_scale(s->geometric, s->offset));
+    for (int i = 0; i < scene->lights; i++) {
+        const struct fv_light *light = &scene->light[i];
+        switch (light->kind) {
+        case FV_LIGHT_POINT: add_point(&lit, light); break;
+        case FV_LIGHT_AREA: add_area(&lit, light); break;
+        case FV_LIGHT_SUN: add_sun(&lit, light); break;
+        }
+    }
+    return vf3_select(s->hit, lit.sum, zero);
+}
+
+#endif

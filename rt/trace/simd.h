@@ -1,0 +1,247 @@
+/* simd: vectors of the width that this file's instruction set has: 16, 8 or 4 lanes.
+ *
+ * Kernels (*_kernel.c) are compiled once for each instruction set. The compiler's own vector
+ * types carry the arithmetic; here is the little that they lack. A mask is a vi with -1 in the
+ * lanes that count and 0 elsewhere. */
+#ifndef FV_TRACE_SIMD_H
+#define FV_TRACE_SIMD_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+#if defined(__AVX512F__)
+#define FV_WIDTH 16
+#elif defined(__AVX2__)
+#define FV_WIDTH 8
+#else
+#define FV_WIDTH 4
+#endif
+#if defined(__SSE2__)
+#include <immintrin.h>
+#elif defined(__ARM_NEON)
+#include <arm_neon.h>
+#endif
+
+/* name_base, name_avx2, name_avx512: what a kernel file exports. FV_ISA comes from the build. */
+#define FV_ISA_PASTE(name, isa) name##_##isa
+#define FV_ISA_EXPAND(name, isa) FV_ISA_PASTE(name, isa)
+#define FV_ISA_NAME(name) FV_ISA_EXPAND(name, FV_ISA)
+
+typedef float vf __attribute__((vector_size(4 * FV_WIDTH)));
+typedef int32_t vi __attribute__((vector_size(4 * FV_WIDTH)));
+typedef uint32_t vu __attribute__((vector_size(4 * FV_WIDTH)));
+typedef struct {
+    vf x, y, z;
+} vf3;
+
+static inline vf vf_of(float s)
+{
+    return s - (vf){0};
+}
+
+static inline vi vi_of(int32_t s)
+{
+    return s - (vi){0};
+}
+
+static inline vf vf_load(const float *p)
+{
+    vf v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+static inline vi vi_load(const void *p)
+{
+    vi v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+static inline void vf_store(float *p, vf v)
+{
+    memcpy(p, &v, sizeof v);
+}
+
+static inline void vi_store(void *p, vi v)
+{
+    memcpy(p, &v, sizeof v);
+}
+
+static inline vf vf_select(vi mask, vf yes, vf no)
+{
+    return (vf)((mask & (vi)yes) | (~mask & (vi)no));
+}
+
+static inline vi vi_select(vi mask, vi yes, vi no)
+{
+    return (mask & yes) | (~mask & no);
+}
+
+/* As the hardware's: the second operand where the comparison is false or unordered, so that a
+ * NaN in `a` gives `b`. */
+static inline vf vf_min(vf a, vf b)
+{
+    return vf_select(a < b, a, b);
+}
+
+static inline vf vf_max(vf a, vf b)
+{
+    return vf_select(a > b, a, b);
+}
+
+/* a clamped to [low, high]; NaN gives low. */
+static inline vf vf_clamp(vf a, float low, float high)
+{
+    return vf_min(vf_max(a, vf_of(low)), vf_of(high));
+}
+
+static inline vf vf_abs(vf a)
+{
+    return (vf)((vi)a & vi_of(0x7fffffff));
+}
+
+static inline vf vf_from(vi a)
+{
+    return __builtin_convertvector(a, vf);
+}
+
+/* Truncates; the argument must fit. */
+static inline vi vi_from(vf a)
+{
+    return __builtin_convertvector(a, vi);
+}
+
+static inline vf vf_sqrt(vf a)
+{
+#if FV_WIDTH == 16
+    return (vf)_mm512_sqrt_ps((__m512)a);
+#elif FV_WIDTH == 8
+    return (vf)_mm256_sqrt_ps((__m256)a);
+#elif defined(__SSE2__)
+    return (vf)_mm_sqrt_ps((__m128)a);
+#else
+    return (vf)vsqrtq_f32((float32x4_t)a);
+#endif
+}
+
+static inline vf vf_floor(vf a)
+{
+#if FV_WIDTH == 16
+    return (vf)_mm512_roundscale_ps((__m512)a, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
+#elif FV_WIDTH == 8
+    return (vf)_mm256_floor_ps((__m256)a);
+#elif defined(__SSE2__)
+    return (vf)_mm_floor_ps((__m128)a);
+#else
+    return (vf)vrndmq_f32((float32x4_t)a);
+#endif
+}
+
+/* One bit a lane, lane 0 lowest. */
+static inline unsigned vi_bits(vi mask)
+{
+#if FV_WIDTH == 16
+    return (unsigned)_mm512_movepi32_mask((__m512i)mask);
+#elif FV_WIDTH == 8
+    return (unsigned)_mm256_movemask_ps((__m256)mask);
+#elif defined(__SSE2__)
+    return (unsigned)_mm_movemask_ps((__m128)mask);
+#else
+    return (unsigned)(mask[0] & 1) | (unsigned)(mask[1] & 2) | (unsigned)(mask[2] & 4) | (unsigned)(mask[3] & 8);
+#endif
+}
+
+static inline bool vi_any(vi mask)
+{
+    return vi_bits(mask) != 0;
+}
+
+/* base[index] in every lane. */
+static inline vi vi_gather(const void *base, vi index)
+{
+#if FV_WIDTH == 16
+    return (vi)_mm512_i32gather_epi32((__m512i)index, base, 4);
+#elif FV_WIDTH == 8
+    return (vi)_mm256_i32gather_epi32(base, (__m256i)index, 4);
+#else
+    const int32_t *p = base;
+    return (vi){p[index[0]], p[index[1]], p[index[2]], p[index[3]]};
+#endif
+}
+
+static inline vf vf_gather(const float *base, vi index)
+{
+    return (vf)vi_gather(base, index);
+}
+
+static inline vi vi_lanes(void)
+{
+#if FV_WIDTH == 16
+    return (vi){0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+#elif FV_WIDTH == 8
+    return (vi){0, 1, 2, 3, 4, 5, 6, 7};
+#else
+    return (vi){0, 1, 2, 3};
+#endif
+}
+
+static inline vf vf_dot(vf3 a, vf3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline vf3 vf3_scale(vf3 a, vf s)
+{
+    return (vf3){a.x * s, a.y * s, a.z * s};
+}
+
+static inline vf3 vf3_add(vf3 a, vf3 b)
+{
+    return (vf3){a.x + b.x, a.y + b.y, a.z + b.z};
+}
+
+static inline vf3 vf3_sub(vf3 a, vf3 b)
+{
+    return (vf3){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+static inline vf3 vf3_select(vi mask, vf3 yes, vf3 no)
+{
+    return (vf3){vf_select(mask, yes.x, no.x), vf_select(mask, yes.y, no.y), vf_select(mask, yes.z, no.z)};
+}
+
+static inline vf3 vf3_of(const float s[3])
+{
+    return (vf3){vf_of(s[0]), vf_of(s[1]), vf_of(s[2])};
+}
+
+/* Unit length; a vector shorter than 1e-18 gives `otherwise`. */
+static inline vf3 vf3_normalise(vf3 a, vf3 otherwise)
+{
+    vf n = vf_dot(a, a);
+    vi good = (n > 1e-36f) & (n < 1e36f);
+    return vf3_select(good, vf3_scale(a, 1.0f / vf_sqrt(vf_max(n, vf_of(1e-36f)))), otherwise);
+}
+
+/* log2 of a positive normal number, to 2e-4: exponent plus a polynomial on the mantissa in [1, 2). */
+static inline vf vf_log2(vf a)
+{
+    vi bits = (vi)a;
+    vf e = vf_from((bits >> 23) - 127);
+    vf m = (vf)((bits & vi_of(0x7fffff)) | vi_of(0x3f800000)) - 1.0f;
+    return e + m * (1.4423887f + m * (-0.7169065f + m * (0.4485546f + m * (-0.2367966f + m * 0.0627703f))));
+}
+
+/* 2^a for a in [-126, 126], to 1e-4 relative. */
+static inline vf vf_exp2(vf a)
+{
+    a = vf_clamp(a, -126, 126);
+    vf whole = vf_floor(a);
+    vf f = a - whole;
+    vf m = 1.0f + f * (0.6951936f + f * (0.2276400f + f * 0.0771664f));
+    return (vf)((vi)m + (vi_from(whole) << 23));
+}
+
+#endif

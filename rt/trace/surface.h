@@ -1,0 +1,218 @@
+/* surface: what a packet's hits look like: records gathered, textures fetched, normals bent.
+ * For kernels only; light.h says how it is lit. */
+#ifndef FV_TRACE_SURFACE_H
+#define FV_TRACE_SURFACE_H
+
+#include "rt/trace/packet.h"
+
+struct surface {
+    vi hit;            /* mask */
+    vi flags;          /* enum fv_material_flags */
+    vf3 point;         /* world */
+    vf offset;         /* distance along `geometric` that clears the surface's own rounding */
+    vf3 geometric;     /* unit, towards the viewer */
+    vf3 normal;        /* shading normal, unit, towards the viewer */
+    vi outside;        /* mask: seen from the side that the triangle's winding faces */
+    vf footprint;      /* m: the ray cone's width here */
+    vf3 diffuse, specular, emission, mirror, transmission;
+    vf shininess, ior;
+};
+
+/* Rows of W 32-bit words, one a lane, become words of W lanes. */
+static inline void transpose(vi a[FV_WIDTH])
+{
+#pragma GCC unroll 4
+    for (int stage = 1; stage < FV_WIDTH; stage *= 2) {
+        vi b[FV_WIDTH];
+#pragma GCC unroll 8
+        for (int i = 0; i < FV_WIDTH / 2; i++) {
+            vi p = a[i], q = a[i + FV_WIDTH / 2];
+#if FV_WIDTH == 16
+            b[2 * i] = __builtin_shufflevector(p, q, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+            b[2 * i + 1] = __builtin_shufflevector(p, q, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
+#elif FV_WIDTH == 8
+            b[2 * i] = __builtin_shufflevector(p, q, 0, 8, 1, 9, 2, 10, 3, 11);
+            b[2 * i + 1] = __builtin_shufflevector(p, q, 4, 12, 5, 13, 6, 14, 7, 15);
+#else
+            b[2 * i] = __builtin_shufflevector(p, q, 0, 4, 1, 5);
+            b[2 * i + 1] = __builtin_shufflevector(p, q, 2, 6, 3, 7);
+#endif
+        }
+#pragma GCC unroll 16
+        for (int i = 0; i < FV_WIDTH; i++) a[i] = b[i];
+    }
+}
+
+/* The 16 words of each lane's triangle record: whole cache lines and shuffles, which beat gathers. */
+static inline void load_records(const struct fv_triangle *triangle, vi index, vi word[16])
+{
+#pragma GCC unroll 4
+    for (int part = 0; part < 16; part += FV_WIDTH) {
+        vi rows[FV_WIDTH];
+#pragma GCC unroll 16
+        for (int lane = 0; lane < FV_WIDTH; lane++)
+            rows[lane] = vi_load((const int32_t *)(triangle + index[lane]) + part);
+        transpose(rows);
+#pragma GCC unroll 16
+        for (int i = 0; i < FV_WIDTH; i++) word[part + i] = rows[i];
+    }
+}
+
+static inline vf low16(vi word)
+{
+    return vf_from((word << 16) >> 16);
+}
+
+static inline vf high16(vi word)
+{
+    return vf_from(word >> 16);
+}
+
+/* Which texels a lane's bilinear fetch reads, and their weights. */
+struct texel_place {
+    vi at00, at10, at01, at11;
+    vf fx, fy;
+};
+
+/* Coordinates wrap; the level is the nearest to one texel a footprint. uv of any finite size. */
+static inline struct texel_place place_texels(const struct fv_texture *t, vf u, vf v, vf texels)
+{
+    vf levels = vf_clamp(vf_log2(vf_clamp(texels, 1, 1e6f)) + 0.5f, 0, (float)(t->levels - 1));
+    vi level = vi_from(levels);
+    vi offset = vi_gather(t->offset, level);
+    vi width = vi_of(t->width) >> level, height = vi_of(t->height) >> level;
+    width = vi_select(width > 1, width, vi_of(1));
+    height = vi_select(height > 1, height, vi_of(1));
+    vf x = (u - vf_floor(u)) * vf_from(width) - 0.5f, y = (v - vf_floor(v)) * vf_from(height) - 0.5f;
+    vf x0 = vf_floor(x), y0 = vf_floor(y);
+    vi ix = vi_from(x0), iy = vi_from(y0), mx = width - 1, my = height - 1;
+    vi left = ix & mx, right = (ix + 1) & mx;
+    vi upper = offset + (iy & my) * width, lower = offset + ((iy + 1) & my) * width;
+    return (struct texel_place){upper + left, upper + right, lower + left, lower + right, x - x0, y - y0};
+}
+
+/* Bilinear mean of the three 10-bit channels, 0..1023. */
+static inline vf3 fetch(const struct fv_texture *t, const struct texel_place *p)
+{
+    vi a = vi_gather(t->texel, p->at00), b = vi_gather(t->texel, p->at10);
+    vi c = vi_gather(t->texel, p->at01), d = vi_gather(t->texel, p->at11);
+    vf w11 = p->fx * p->fy, w10 = p->fx - w11, w01 = p->fy - w11, w00 = 1.0f - p->fx - w01;
+#define CHANNEL(shift)                                                                          \
+    (vf_from((a >> shift) & 1023) * w00 + vf_from((b >> shift) & 1023) * w10 +                  \
+     vf_from((c >> shift) & 1023) * w01 + vf_from((d >> shift) & 1023) * w11)
+    return (vf3){CHANNEL(0), CHANNEL(10), CHANNEL(20)};
+#undef CHANNEL
+}
+
+/* Interpolated vertex data of a packet. */
+struct interpolated {
+    vf u, v, uv_per_metre;
+    vf3 normal, tangent;
+    vf bitangent_sign;
+};
+
+static inline void bend_normal(struct surface *s, const struct interpolated *in, const struct fv_material *m,
+                               vf3 texel, vi lanes)
+{
+    vf scale = vf_of(m->normal_scale / 511.5f);
+    vf3 n = {(texel.x - 511.5f) * scale, (texel.y - 511.5f) * scale, (texel.z - 511.5f) * (1 / 511.5f)};
+    vf3 t = in->tangent, a = s->normal;
+    vf3 b = {a.y * t.z - a.z * t.y, a.z * t.x - a.x * t.z, a.x * t.y - a.y * t.x};
+    b = vf3_scale(b, in->bitangent_sign);
+    vf3 bent = vf3_add(vf3_add(vf3_scale(t, n.x), vf3_scale(b, n.y)), vf3_scale(a, n.z));
+    s->normal = vf3_select(lanes, vf3_normalise(bent, a), s->normal);
+}
+
+static inline void set_lanes(vf3 *to, vi lanes, const float value[3])
+{
+    *to = vf3_select(lanes, vf3_of(value), *to);
+}
+
+/* Applies one material to the lanes that have it: everything about it is uniform. */
+static inline void apply_material(struct surface *s, const struct interpolated *in, const struct fv_scene *scene,
+                                  const struct fv_material *m, vi lanes, vf cosine)
+{
+    s->flags = vi_select(lanes, vi_of((int32_t)m->flags), s->flags);
+    vf3 diffuse = vf3_of(m->diffuse);
+    /* Between the footprint along and across the slope. */
+    vf texels = s->footprint * in->uv_per_metre / vf_sqrt(vf_max(cosine, vf_of(0.05f)));
+    if (m->flags & FV_MATERIAL_TEXTURED) {
+        const struct fv_texture *t = &scene->texture[m->base_texture];
+        struct texel_place p = place_texels(t, in->u, in->v, texels * __builtin_sqrtf((float)t->width * (float)t->height));
+        vf3 c = vf3_scale(fetch(t, &p), vf_of(1 / 1023.0f));
+        diffuse = (vf3){diffuse.x * c.x * c.x, diffuse.y * c.y * c.y, diffuse.z * c.z * c.z};
+    }
+    s->diffuse = vf3_select(lanes, diffuse, s->diffuse);
+    if (m->flags & FV_MATERIAL_NORMAL_MAPPED) {
+        const struct fv_texture *t = &scene->texture[m->normal_texture];
+        struct texel_place p = place_texels(t, in->u, in->v, texels * __builtin_sqrtf((float)t->width * (float)t->height));
+        bend_normal(s, in, m, fetch(t, &p), lanes);
+    }
+    if (m->flags & FV_MATERIAL_SPECULAR) {
+        set_lanes(&s->specular, lanes, m->specular);
+        s->shininess = vf_select(lanes, vf_of(m->shininess), s->shininess);
+    }
+    if (m->flags & FV_MATERIAL_EMISSIVE) set_lanes(&s->emission, lanes, m->emission);
+    if (m->flags & FV_MATERIAL_MIRROR) set_lanes(&s->mirror, lanes, m->mirror);
+    if (m->flags & FV_MATERIAL_GLASS) {
+        set_lanes(&s->transmission, lanes, m->transmission);
+        s->ior = vf_select(lanes, vf_of(m->ior), s->ior);
+    }
+}
+
+static inline struct interpolated interpolate(const struct packet_hit *h, const vi w[16])
+{
+    struct interpolated in;
+    vf a = 1.0f - h->u - h->v, b = h->u, c = h->v;
+    in.u = a * (vf)w[0] + b * (vf)w[2] + c * (vf)w[4];
+    in.v = a * (vf)w[1] + b * (vf)w[3] + c * (vf)w[5];
+    in.normal = (vf3){a * low16(w[6]) + b * high16(w[7]) + c * low16(w[9]),
+                      a * high16(w[6]) + b * low16(w[8]) + c * high16(w[9]),
+                      a * low16(w[7]) + b * high16(w[8]) + c * low16(w[10])};
+    in.tangent = (vf3){low16(w[11]), high16(w[11]), low16(w[12])};
+    in.tangent = vf3_scale(in.tangent, vf_of(1 / 32767.0f));
+    in.bitangent_sign = high16(w[12]);
+    in.uv_per_metre = (vf)w[13];
+    return in;
+}
+
+/* Everything about the packet's hits. `base`, `growth`: the ray cone, as in fv_ray_context. */
+static inline void surface_set(struct surface *s, const struct fv_scene *scene, const struct packet_hit *h,
+                               vf3 origin, vf3 direction, vf base, vf growth)
+{
+    vi w[16];
+    load_records(scene->triangle, h->triangle, w);
+    struct interpolated in = interpolate(h, w);
+    vf3 zero = {vf_of(0), vf_of(0), vf_of(0)}, up = {vf_of(0), vf_of(1), vf_of(0)};
+    vf t = vf_select(h->hit, h->t, vf_of(0));
+    s->hit = h->hit;
+    s->point = vf3_add(origin, vf3_scale(direction, t));
+    s->footprint = base + t * growth;
+    /* A hit's rounding error grows with its coordinates and with the way there. */
+    vf reach = vf_max(vf_max(vf_abs(s->point.x), vf_abs(s->point.y)), vf_abs(s->point.z));
+    vf3 way = vf3_sub(s->point, origin);
+    reach = vf_max(reach, vf_max(vf_max(vf_abs(way.x), vf_abs(way.y)), vf_abs(way.z)));
+    s->offset = reach * 2e-6f;
+    vf3 geometric = vf3_normalise(h->normal, up);
+    vf facing = vf_dot(geometric, direction);
+    s->outside = facing < 0.0f;
+    s->geometric = vf3_select(s->outside, geometric, vf3_scale(geometric, vf_of(-1)));
+    vf3 normal = vf3_normalise(in.normal, s->geometric);
+    /* The file's normals may point either way; shading wants them on the viewer's side. */
+    vi same_side = vf_dot(normal, s->geometric) >= 0.0f;
+    s->normal = vf3_select(same_side, normal, vf3_scale(normal, vf_of(-1)));
+    s->diffuse = s->specular = s->emission = s->mirror = s->transmission = zero;
+    s->shininess = s->ior = vf_of(1);
+    s->flags = vi_of(0);
+    vf cosine = vf_abs(facing) / vf_sqrt(vf_max(vf_dot(direction, direction), vf_of(1e-30f)));
+    vi material = (w[10] >> 16) & 0xffff;
+    unsigned pending = vi_bits(h->hit);
+    while (pending) {
+        int id = material[__builtin_ctz(pending)];
+        vi lanes = h->hit & (material == id);
+        pending &= ~vi_bits(lanes);
+        apply_material(s, &in, scene, &scene->material[id], lanes, cosine);
+    }
+}
+
+#endif

@@ -1,0 +1,44 @@
+/* tracer: rays through Embree and what they see: the scene's acceleration structure and the
+ * kernels that trace and shade lists of samples in packets as wide as the instruction set. */
+#ifndef FV_TRACE_TRACER_H
+#define FV_TRACE_TRACER_H
+
+#include "platform/cpu.h"
+#include "rt/fovea/view.h"
+#include "rt/scene/scene.h"
+
+#include <embree3/rtcore.h>
+
+/* Samples of a list: at most a tile's pixels, padded by copies of the last one. */
+enum { FV_SAMPLES_MAX = 1024 };
+
+struct fv_samples {
+    int count;
+    _Alignas(64) float x[FV_SAMPLES_MAX], y[FV_SAMPLES_MAX]; /* in: pixel coordinates (view.h) */
+    _Alignas(64) float red[FV_SAMPLES_MAX], green[FV_SAMPLES_MAX], blue[FV_SAMPLES_MAX]; /* out: radiance */
+    _Alignas(64) float inverse_depth[FV_SAMPLES_MAX]; /* out: 1/m along the optical axis, 0: nothing hit */
+};
+
+struct fv_tracer {
+    RTCDevice device;
+    RTCScene scene;
+    const struct fv_scene *data;
+    const float *noise;  /* fv_noise() */
+    int depth, area_spp; /* settings method.depth, method.area_spp */
+    enum fv_isa isa;
+};
+
+/* Builds the acceleration structure, single-threaded, on the sealed-to-be heap. `isa`: the widest
+ * set to use. Returns 0, or -1 with the error set. */
+int fv_tracer_open(struct fv_tracer *tracer, const struct fv_scene *scene, const struct fv_config *config,
+                   struct fv_error *error);
+void fv_tracer_close(struct fv_tracer *tracer);
+
+/* What Embree hands to the alpha test: the context, extended by the ray cone. The footprint of a
+ * hit at parameter t is base + t * growth (m). */
+struct fv_ray_context {
+    struct RTCIntersectContext embree; /* first */
+    float base, growth;
+};
+
+#endif
