@@ -36,6 +36,8 @@ struct fv_gaze {
 
 struct fv_sensors; /* opaque, in the arena */
 
+/* Samples latched; of these, gazes lost and poses rejected. Rows that were rejected when a tape was
+ * read count as lost or rejected too. Sources "none" give no samples. */
 struct fv_sensors_counts {
     int64_t gaze_samples, gaze_lost, imu_samples, imu_rejected;
 };
@@ -47,8 +49,8 @@ int fv_sensors_open(struct fv_sensors **sensors, const struct fv_config *config,
 /* Pose and gaze for a session time, t_ns growing from call to call. Head samples between two
  * readings are interpolated (slerp); past a tape's end the tape starts again. A lost gaze is
  * held up to eye.hold_ms, then goes to the centre in a smooth move, its uncertainty growing
- * meanwhile. Never NaN: samples that are not finite or not unit length (to 1e-3) are rejected
- * and counted. */
+ * meanwhile. Never NaN: samples that are not finite or not unit length (to 1e-3), or a gaze that is
+ * not in front of the face, are rejected and counted. */
 void fv_sensors_latch(struct fv_sensors *sensors, int64_t t_ns, struct fv_pose *head, struct fv_gaze *gaze);
 
 struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *sensors);
