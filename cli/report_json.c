@@ -1,0 +1,197 @@
+/* report_json: report.json, the session as numbers for programs. Keys are added, never renamed. */
+#include "cli/report.h"
+
+#include "cli/columns.h"
+#include "cli/markup.h"
+#include "platform/arena.h"
+
+#include <math.h>
+#include <string.h>
+
+#ifndef FV_VERSION
+#define FV_VERSION "unknown"
+#endif
+
+static struct fv_writer out;
+
+/* A key; `separator` is what stands between it and what came before. */
+static void key(const char *separator, const char *name)
+{
+    fv_writer_print(&out, "%s", separator);
+    fv_json_text(&out, name);
+    fv_writer_bytes(&out, ":", 1);
+}
+
+static void text(const char *separator, const char *name, const char *value)
+{
+    key(separator, name);
+    fv_json_text(&out, value);
+}
+
+static void integer(const char *separator, const char *name, int64_t value)
+{
+    key(separator, name);
+    fv_writer_print(&out, "%lld", (long long)value);
+}
+
+static void number(const char *separator, const char *name, double value)
+{
+    key(separator, name);
+    fv_json_number(&out, value);
+}
+
+static void write_setting(const struct fv_config *config, const struct fv_key *k)
+{
+    const void *at = (const char *)config + k->offset;
+    switch (k->kind) {
+    case FV_KEY_INT: fv_writer_print(&out, "%lld", (long long)*(const int64_t *)at); break;
+    case FV_KEY_REAL: fv_json_number(&out, *(const double *)at); break;
+    case FV_KEY_WORD:
+    case FV_KEY_TEXT: fv_json_text(&out, at); break;
+    case FV_KEY_LIST: {
+        const struct fv_list *list = at;
+        fv_writer_print(&out, "[");
+        for (int i = 0; i < list->count; i++) {
+            if (i) fv_writer_print(&out, ",");
+            fv_json_number(&out, list->value[i]);
+        }
+        fv_writer_print(&out, "]");
+        break;
+    }
+    }
+}
+
+static void write_config(const struct fv_config *config)
+{
+    key(",\n", "config");
+    for (int i = 0; i < fv_keys_count; i++) {
+        fv_writer_print(&out, "%s\"%s.%s\":", i ? ",\n " : "{\n ", fv_keys[i].section, fv_keys[i].name);
+        write_setting(config, &fv_keys[i]);
+    }
+    fv_writer_print(&out, "}");
+}
+
+static void write_percentiles(const struct fv_session *s)
+{
+    static const struct {
+        const char *name;
+        double percent;
+    } rows[] = {{"p50", 50}, {"p95", 95}, {"p99", 99}, {"max", 100}};
+    int64_t n = fv_recorded(s);
+    key(",\n", "frame_ms");
+    for (int i = 0; i < 4; i++)
+        number(i ? "," : "{", rows[i].name,
+               fv_column_percentile(s, &fv_columns[FV_COLUMN_FRAME_MS], 0, n, rows[i].percent));
+    fv_writer_print(&out, "}");
+    key(",\n", "stage_ms");
+    fv_writer_print(&out, "{");
+    for (int stage = 0; stage < fv_stages(s); stage++) {
+        struct fv_column column = fv_column_stage(stage);
+        key(stage ? ",\n " : "\n ", fv_stage_name(s, stage));
+        number("{", "p50", fv_column_percentile(s, &column, 0, n, 50));
+        number(",", "p99", fv_column_percentile(s, &column, 0, n, 99));
+        fv_writer_print(&out, "}");
+    }
+    fv_writer_print(&out, "}");
+}
+
+static void write_means(const struct fv_session *s)
+{
+    static const struct {
+        const char *name;
+        int column;
+    } rays[] = {{"primary", FV_COLUMN_PRIMARY},
+                {"shadow", FV_COLUMN_SHADOW},
+                {"secondary", FV_COLUMN_SECONDARY},
+                {"march_steps", FV_COLUMN_MARCH_STEPS}},
+      ranges[] = {{"level", FV_COLUMN_LEVEL}, {"r0_deg", FV_COLUMN_R0}, {"p_min", FV_COLUMN_P_MIN}};
+    key(",\n", "rays_per_frame");
+    for (int i = 0; i < 4; i++)
+        number(i ? "," : "{", rays[i].name, fv_column_summary(s, &fv_columns[rays[i].column]).mean);
+    fv_writer_print(&out, "}");
+    number(",\n", "sampled_fraction", fv_column_summary(s, &fv_columns[FV_COLUMN_SAMPLED]).mean);
+    for (int i = 0; i < 3; i++) {
+        struct fv_summary summary = fv_column_summary(s, &fv_columns[ranges[i].column]);
+        key(",\n", ranges[i].name);
+        number("{", "min", summary.min);
+        number(",", "mean", summary.mean);
+        number(",", "max", summary.max);
+        fv_writer_print(&out, "}");
+    }
+}
+
+static void write_memory(const struct fv_session *s)
+{
+    const struct fv_arena *arena = fv_arena();
+    key(",\n", "arena");
+    integer("{", "capacity", (int64_t)arena->capacity);
+    integer(",", "used", (int64_t)arena->used);
+    key(",", "by");
+    fv_writer_print(&out, "{");
+    for (int i = 0; i < arena->rows; i++)
+        integer(i ? ",\n " : "\n ", arena->row[i].name, (int64_t)arena->row[i].bytes);
+    fv_writer_print(&out, "}}");
+    key(",\n", "sealed");
+    integer("{", "heap_calls", s->heap_calls);
+    integer(",", "memory_syscalls", s->memory_syscalls);
+    fv_writer_print(&out, "}");
+}
+
+static void write_plan(const struct fv_session *s)
+{
+    int most = sizeof s->plan / sizeof s->plan[0], rows = s->plan_rows < most ? s->plan_rows : most;
+    key(",\n", "plan");
+    fv_writer_print(&out, "[");
+    for (int i = 0; i < rows; i++) {
+        const struct fv_plan_row *row = &s->plan[i];
+        fv_writer_print(&out, i ? ",\n " : "\n ");
+        text("{", "what", row->what);
+        text(",", "kind", row->kind);
+        key(",", "kept");
+        fv_writer_print(&out, row->kept ? "true" : "false");
+        text(",", "reason", row->reason);
+        integer(",", "bytes", row->bytes);
+        fv_writer_print(&out, "}");
+    }
+    fv_writer_print(&out, "]");
+}
+
+int fv_report_json(const struct fv_session *s, const struct fv_config *config, const char *path,
+                   struct fv_error *error)
+{
+    if (fv_writer_open(&out, path, error)) return -1;
+    text("{\n", "version", FV_VERSION);
+    key(",\n", "host");
+    text("{", "cpu", s->cpu);
+    text(",", "isa", s->isa);
+    integer(",", "threads", s->threads);
+    fv_writer_print(&out, "}");
+    write_config(config);
+    key(",\n", "scene");
+    text("{", "name", s->scene);
+    integer(",", "triangles", s->triangles);
+    integer(",", "fields", s->fields);
+    fv_writer_print(&out, "}");
+    text(",\n", "method", s->method);
+    integer(",\n", "frames", s->frames);
+    integer(",\n", "recorded", fv_recorded(s));
+    integer(",\n", "missed", s->missed);
+    integer(",\n", "cut_frames", s->cut_frames);
+    number(",\n", "period_ms", s->period_ms);
+    integer(",\n", "pixels", s->pixels);
+    write_percentiles(s);
+    write_means(s);
+    key(",\n", "gaze");
+    integer("{", "samples", s->gaze_samples);
+    integer(",", "lost", s->gaze_lost);
+    number(",", "latency_ms_p50", s->gaze_latency_ms_p50);
+    fv_writer_print(&out, "}");
+    key(",\n", "imu");
+    integer("{", "samples", s->imu_samples);
+    integer(",", "rejected", s->imu_rejected);
+    fv_writer_print(&out, "}");
+    write_memory(s);
+    write_plan(s);
+    fv_writer_print(&out, "}\n");
+    return fv_writer_close(&out, error);
+}
