@@ -41,8 +41,10 @@ static void convert_row(const uint8_t *restrict rgb, int width, uint8_t *restric
                         uint8_t *restrict blue, uint8_t *restrict red)
 {
     for (int i = 0; i < width; i++) {
-        int16_t r = (int16_t)(rgb[4 * i] << 7), g = (int16_t)(rgb[4 * i + 1] << 7),
-                b = (int16_t)(rgb[4 * i + 2] << 7);
+        uint32_t pixel; /* r in the lowest byte: one load of a word is what vectorises well */
+        memcpy(&pixel, rgb + 4 * i, sizeof pixel);
+        int16_t r = (int16_t)((pixel & 255) << 7), g = (int16_t)((pixel >> 8 & 255) << 7),
+                b = (int16_t)((pixel >> 16 & 255) << 7);
         int16_t y = TIMES(r, LUMA(KR)) + TIMES(g, LUMA(KG)) + TIMES(b, LUMA(KB));
         int16_t cb = TIMES(r, CHROMA(-KR, KB)) + TIMES(g, CHROMA(-KG, KB)) + TIMES(b, CHROMA(1 - KB, KB));
         int16_t cr = TIMES(r, CHROMA(1 - KR, KR)) + TIMES(g, CHROMA(-KG, KR)) + TIMES(b, CHROMA(-KB, KR));
