@@ -15,10 +15,13 @@
 extern "C" {
 #endif
 
+enum { FV_ELEMENTS_MAX = 100000000, FV_SHININESS_MAX = 10000 };
+
 struct fv_vertex {
     float position[3];
-    float normal[3]; /* 0 0 0: none given, the triangle's own is taken */
+    float normal[3]; /* any length; 0 0 0 or not finite: none given, the triangle's own is taken */
     float uv[2];
+    float bitangent_sign; /* 1 or -1 where the file gives it, for normal maps; 0: from uv, y up in the picture */
 };
 
 struct fv_build; /* opaque */
@@ -27,8 +30,10 @@ struct fv_build; /* opaque */
 struct fv_build *fv_build_create(const char *source);
 void fv_build_destroy(struct fv_build *build);
 
-/* Each returns the new element's index. */
+/* Each returns the new element's index. Past FV_ELEMENTS_MAX vertices or triangles nothing more is
+ * kept, and fv_build_finish says so. */
 uint32_t fv_build_vertex(struct fv_build *build, const struct fv_vertex *vertex);
+/* `flags` are set here, from the other fields; shininess, ior and alpha_cutoff are brought into range. */
 int fv_build_material(struct fv_build *build, const struct fv_material *material);
 
 /* Adds a texture from 8-bit pixels, `channels` 1 to 4, row by row, colours sRGB-encoded. Sizes
@@ -37,7 +42,10 @@ int fv_build_material(struct fv_build *build, const struct fv_material *material
 int fv_build_texture(struct fv_build *build, enum fv_texel kind, const uint8_t *pixels, int width,
                      int height, int channels, float alpha_cutoff);
 
+/* Counter-clockwise seen from the front; material as fv_build_material returned it. */
 void fv_build_triangle(struct fv_build *build, uint32_t a, uint32_t b, uint32_t c, int material);
+/* A sun's direction need not have unit length. -1 where a number is not finite or negative, an area
+ * or a direction is none, or there are too many. */
 int fv_build_light(struct fv_build *build, const struct fv_light *light, struct fv_error *error);
 uint32_t fv_build_vertices(const struct fv_build *build);
 

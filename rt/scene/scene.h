@@ -7,6 +7,7 @@
 
 #include "config/config.h"
 
+#include <assert.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -67,7 +68,7 @@ struct fv_triangle {
     float uv_per_metre; /* sqrt(area in uv / area in the world): times the texture's size gives texels a metre */
     uint32_t reserved[2];
 };
-_Static_assert(sizeof(struct fv_triangle) == 64, "one cache line");
+static_assert(sizeof(struct fv_triangle) == 64, "one cache line");
 
 enum fv_light_kind { FV_LIGHT_POINT, FV_LIGHT_AREA, FV_LIGHT_SUN };
 

@@ -1,0 +1,406 @@
+/* build: what a reader collects, checked once and laid out for the tracer; see build.h. */
+#include "rt/scene/build.h"
+
+#include "platform/arena.h"
+#include "platform/log.h"
+#include "rt/scene/texture.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct corners {
+    uint32_t vertex[3], material;
+};
+
+/* A growing array on the heap. */
+struct array {
+    void *data;
+    size_t count, capacity;
+};
+
+struct fv_build {
+    char source[512];
+    struct array vertices;  /* struct fv_vertex */
+    struct array triangles; /* struct corners */
+    struct array materials; /* struct fv_material */
+    struct array textures;  /* struct fv_texture, texels on the heap */
+    struct array texels;    /* size_t: their number, for each texture */
+    struct fv_light light[FV_LIGHTS_MAX];
+    int lights;
+    bool too_many;
+};
+
+enum { NOT_KEPT = 0xffffffff };
+
+static void *push(struct array *a, size_t size)
+{
+    if (a->count == a->capacity) {
+        size_t capacity = a->capacity ? a->capacity + a->capacity / 2 : 64;
+        void *grown = realloc(a->data, capacity * size);
+        if (!grown) fv_die(2, "memory: the scene does not fit: %zu bytes asked for", capacity * size);
+        a->data = grown;
+        a->capacity = capacity;
+    }
+    return (char *)a->data + size * a->count++;
+}
+
+struct fv_build *fv_build_create(const char *source)
+{
+    struct fv_build *b = calloc(1, sizeof *b);
+    if (!b) fv_die(2, "memory: no room to read %s", source);
+    snprintf(b->source, sizeof b->source, "%s", source);
+    return b;
+}
+
+void fv_build_destroy(struct fv_build *b)
+{
+    if (!b) return;
+    struct fv_texture *texture = b->textures.data;
+    for (size_t i = 0; i < b->textures.count; i++) free((void *)texture[i].texel);
+    free(b->vertices.data);
+    free(b->triangles.data);
+    free(b->materials.data);
+    free(b->textures.data);
+    free(b->texels.data);
+    free(b);
+}
+
+uint32_t fv_build_vertex(struct fv_build *b, const struct fv_vertex *vertex)
+{
+    if (b->vertices.count == FV_ELEMENTS_MAX) {
+        b->too_many = true;
+        return 0;
+    }
+    *(struct fv_vertex *)push(&b->vertices, sizeof *vertex) = *vertex;
+    return (uint32_t)b->vertices.count - 1;
+}
+
+uint32_t fv_build_vertices(const struct fv_build *b)
+{
+    return (uint32_t)b->vertices.count;
+}
+
+void fv_build_triangle(struct fv_build *b, uint32_t v0, uint32_t v1, uint32_t v2, int material)
+{
+    assert(v0 < b->vertices.count && v1 < b->vertices.count && v2 < b->vertices.count);
+    assert(material >= 0 && (size_t)material < b->materials.count);
+    if (b->triangles.count == FV_ELEMENTS_MAX) b->too_many = true;
+    if (b->too_many) return;
+    struct corners *t = push(&b->triangles, sizeof *t);
+    *t = (struct corners){{v0, v1, v2}, (uint32_t)material};
+}
+
+int fv_build_texture(struct fv_build *b, enum fv_texel kind, const uint8_t *pixels, int width, int height,
+                     int channels, float alpha_cutoff)
+{
+    struct fv_texture *texture = push(&b->textures, sizeof *texture);
+    *(size_t *)push(&b->texels, sizeof(size_t)) =
+        fv_texture_make(texture, kind, pixels, width, height, channels, alpha_cutoff);
+    return (int)b->textures.count - 1;
+}
+
+static bool any_positive(const float colour[3])
+{
+    return colour[0] > 0 || colour[1] > 0 || colour[2] > 0;
+}
+
+struct fv_material fv_material_default(void)
+{
+    return (struct fv_material){
+        .diffuse = {0.7f, 0.7f, 0.7f},
+        .shininess = 1,
+        .ior = 1,
+        .alpha_cutoff = 0.5f,
+        .normal_scale = 1,
+        .base_texture = -1,
+        .normal_texture = -1,
+        .alpha_texture = -1,
+    };
+}
+
+int fv_build_material(struct fv_build *b, const struct fv_material *material)
+{
+    struct fv_material *m = push(&b->materials, sizeof *m);
+    *m = *material;
+    m->shininess = fminf(fmaxf(m->shininess, 1), FV_SHININESS_MAX);
+    m->ior = fmaxf(m->ior, 1);
+    m->alpha_cutoff = fminf(fmaxf(m->alpha_cutoff, 0), 1);
+    m->flags = (m->base_texture >= 0 ? FV_MATERIAL_TEXTURED : 0) |
+               (m->normal_texture >= 0 ? FV_MATERIAL_NORMAL_MAPPED : 0) |
+               (m->alpha_texture >= 0 ? FV_MATERIAL_MASKED : 0) |
+               (any_positive(m->specular) ? FV_MATERIAL_SPECULAR : 0) |
+               (any_positive(m->mirror) ? FV_MATERIAL_MIRROR : 0) |
+               (any_positive(m->transmission) ? FV_MATERIAL_GLASS : 0) |
+               (any_positive(m->emission) ? FV_MATERIAL_EMISSIVE : 0);
+    return (int)b->materials.count - 1;
+}
+
+static bool finite3(const float v[3])
+{
+    return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
+}
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+    double c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+    memcpy(out, c, sizeof c);
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* To unit length; false and unchanged where there is none. */
+static bool normalise(double v[3])
+{
+    double length = sqrt(dot(v, v));
+    if (!(length > 0) || !isfinite(length)) return false;
+    for (int i = 0; i < 3; i++) v[i] /= length;
+    return true;
+}
+
+int fv_build_light(struct fv_build *b, const struct fv_light *light, struct fv_error *error)
+{
+    struct fv_light l = *light;
+    if (b->lights == FV_LIGHTS_MAX) return fv_error_set(error, "more than %d lights", FV_LIGHTS_MAX);
+    if (!finite3(l.position) || !finite3(l.u) || !finite3(l.v) || !finite3(l.colour))
+        return fv_error_set(error, "a light holds a number that is not finite");
+    if (l.colour[0] < 0 || l.colour[1] < 0 || l.colour[2] < 0)
+        return fv_error_set(error, "a light's colour is negative: %g %g %g", l.colour[0], l.colour[1],
+                            l.colour[2]);
+    double p[3], u[3], v[3], n[3];
+    for (int i = 0; i < 3; i++) p[i] = l.position[i], u[i] = l.u[i], v[i] = l.v[i];
+    cross(u, v, n);
+    if (l.kind == FV_LIGHT_AREA && !normalise(n))
+        return fv_error_set(error, "an area light's edges span no area");
+    if (l.kind == FV_LIGHT_SUN) {
+        if (!normalise(p)) return fv_error_set(error, "a sun's direction has no length");
+        for (int i = 0; i < 3; i++) l.position[i] = (float)p[i];
+    }
+    b->light[b->lights++] = l;
+    return 0;
+}
+
+static bool material_finite(const struct fv_material *m)
+{
+    return finite3(m->diffuse) && finite3(m->specular) && finite3(m->mirror) && finite3(m->transmission) &&
+           finite3(m->emission) && isfinite(m->normal_scale);
+}
+
+static int check(const struct fv_build *b, struct fv_error *error)
+{
+    if (b->too_many)
+        return fv_error_set(error, "%s: more than %d vertices or triangles", b->source, FV_ELEMENTS_MAX);
+    if (b->materials.count > FV_MATERIALS_MAX)
+        return fv_error_set(error, "%s: %zu materials, at most %d are possible", b->source,
+                            b->materials.count, FV_MATERIALS_MAX);
+    if (b->triangles.count == 0) return fv_error_set(error, "%s: holds no triangles", b->source);
+    const struct fv_vertex *v = b->vertices.data;
+    for (size_t i = 0; i < b->vertices.count; i++)
+        if (!finite3(v[i].position) || !isfinite(v[i].uv[0]) || !isfinite(v[i].uv[1]))
+            return fv_error_set(error,
+                                "%s: vertex %zu holds a number that is not finite, once scaled to metres",
+                                b->source, i);
+    const struct fv_material *m = b->materials.data;
+    for (size_t i = 0; i < b->materials.count; i++)
+        if (!material_finite(&m[i]))
+            return fv_error_set(error, "%s: material %zu holds a number that is not finite", b->source, i);
+    return 0;
+}
+
+/* The edges from the first corner, and the triangle's normal, not of unit length. In double: no float
+ * position can make these overflow. */
+static void edges_of(const struct fv_vertex *v, const uint32_t corner[3], double e1[3], double e2[3],
+                     double n[3])
+{
+    for (int i = 0; i < 3; i++) {
+        e1[i] = (double)v[corner[1]].position[i] - v[corner[0]].position[i];
+        e2[i] = (double)v[corner[2]].position[i] - v[corner[0]].position[i];
+    }
+    cross(e1, e2, n);
+}
+
+/* Marks the triangles without area; returns how many stay, and of these the opaque ones. */
+static size_t sort_out(const struct fv_build *b, size_t *opaque)
+{
+    const struct fv_material *material = b->materials.data;
+    struct corners *t = b->triangles.data;
+    size_t kept = 0;
+    *opaque = 0;
+    for (size_t i = 0; i < b->triangles.count; i++) {
+        double e1[3], e2[3], n[3];
+        edges_of(b->vertices.data, t[i].vertex, e1, e2, n);
+        if (!normalise(n)) {
+            t[i].material = NOT_KEPT;
+            continue;
+        }
+        kept++;
+        *opaque += !(material[t[i].material].flags & FV_MATERIAL_MASKED);
+    }
+    return kept;
+}
+
+static void quantise(const double n[3], int16_t out[3])
+{
+    for (int i = 0; i < 3; i++) out[i] = (int16_t)lrint(n[i] * 32767);
+}
+
+/* A unit vector at right angles to the unit vector n. */
+static void perpendicular(const double n[3], double out[3])
+{
+    double axis[3] = {0};
+    axis[fabs(n[0]) < 0.5 ? 0 : fabs(n[1]) < 0.5 ? 1 : 2] = 1;
+    cross(n, axis, out);
+    normalise(out);
+}
+
+/* The tangent by solving e = du T + dv B on two edges (Lengyel, "Foundations of Game Engine
+ * Development" 2, section 7.5). Normal maps have y up in the picture, where v shrinks: a picture
+ * that is not mirrored on its triangle has a negative determinant here, and the sign 1. A file that
+ * gives the sign knows better: its normal maps may have y down. */
+static void fill_uv(struct fv_triangle *t, const struct fv_vertex *v, const uint32_t corner[3],
+                    const double e1[3], const double e2[3], const double normal[3], double area)
+{
+    const float *uv0 = v[corner[0]].uv, *uv1 = v[corner[1]].uv, *uv2 = v[corner[2]].uv;
+    double u1 = (double)uv1[0] - uv0[0], u2 = (double)uv2[0] - uv0[0];
+    double v1 = (double)uv1[1] - uv0[1], v2 = (double)uv2[1] - uv0[1];
+    double determinant = u1 * v2 - u2 * v1, tangent[3];
+    double sign = determinant > 0 ? 1 : -1;
+    for (int i = 0; i < 3; i++) {
+        memcpy(t->uv[i], v[corner[i]].uv, sizeof t->uv[i]);
+        tangent[i] = sign * (v2 * e1[i] - v1 * e2[i]);
+    }
+    bool degenerate = determinant == 0 || !normalise(tangent);
+    if (degenerate) perpendicular(normal, tangent);
+    quantise(tangent, t->tangent);
+    float given = v[corner[0]].bitangent_sign;
+    t->bitangent_sign = given != 0 ? (given > 0 ? 1 : -1) : determinant > 0 ? -1 : 1;
+    t->uv_per_metre = degenerate ? 0 : (float)fmin(sqrt(fabs(determinant) / area), 1e30);
+}
+
+static void fill_triangle(struct fv_triangle *t, const struct fv_vertex *v, const struct corners *c)
+{
+    double e1[3], e2[3], normal[3];
+    edges_of(v, c->vertex, e1, e2, normal);
+    double area = sqrt(dot(normal, normal)); /* twice the triangle's, as the determinant is in uv */
+    normalise(normal);
+    for (int k = 0; k < 3; k++) {
+        const float *given = v[c->vertex[k]].normal;
+        double n[3] = {given[0], given[1], given[2]};
+        quantise(normalise(n) ? n : normal, t->normal[k]);
+    }
+    t->material = (uint16_t)c->material;
+    fill_uv(t, v, c->vertex, e1, e2, normal, area);
+}
+
+static void lay_out_triangles(const struct fv_build *b, struct fv_scene *scene, size_t kept, size_t opaque)
+{
+    const struct fv_material *material = b->materials.data;
+    const struct corners *c = b->triangles.data;
+    const struct fv_vertex *v = b->vertices.data;
+    uint32_t *index = fv_arena_take(fv_arena(), "scene indices", kept * 3 * sizeof *index, 64);
+    struct fv_triangle *triangle = fv_arena_take(fv_arena(), "scene triangles", kept * sizeof *triangle, 64);
+    size_t next[2] = {0, opaque}; /* of opaque and masked triangles */
+    for (int i = 0; i < 3; i++) scene->bounds[0][i] = INFINITY, scene->bounds[1][i] = -INFINITY;
+    for (size_t i = 0; i < b->triangles.count; i++) {
+        if (c[i].material == NOT_KEPT) continue;
+        size_t at = next[(material[c[i].material].flags & FV_MATERIAL_MASKED) != 0]++;
+        fill_triangle(&triangle[at], v, &c[i]);
+        memcpy(index + 3 * at, c[i].vertex, sizeof c[i].vertex);
+        scene->features |=
+            material[c[i].material].flags; /* the two enums share these bits' order, see below */
+        for (int k = 0; k < 3; k++) {
+            const float *p = v[c[i].vertex[k]].position;
+            for (int j = 0; j < 3; j++) {
+                scene->bounds[0][j] = fminf(scene->bounds[0][j], p[j]);
+                scene->bounds[1][j] = fmaxf(scene->bounds[1][j], p[j]);
+            }
+        }
+    }
+    assert(next[0] == opaque && next[1] == kept);
+    scene->triangles = (int64_t)kept;
+    scene->opaque_triangles = (int64_t)opaque;
+    scene->index = index;
+    scene->triangle = triangle;
+}
+
+_Static_assert((int)FV_SCENE_TEXTURES == FV_MATERIAL_TEXTURED &&
+                   (int)FV_SCENE_NORMAL_MAPS == FV_MATERIAL_NORMAL_MAPPED &&
+                   (int)FV_SCENE_ALPHA == FV_MATERIAL_MASKED &&
+                   (int)FV_SCENE_SPECULAR == FV_MATERIAL_SPECULAR &&
+                   (int)FV_SCENE_MIRRORS == FV_MATERIAL_MIRROR && (int)FV_SCENE_GLASS == FV_MATERIAL_GLASS &&
+                   (int)FV_SCENE_EMISSIVE == FV_MATERIAL_EMISSIVE,
+               "a scene has the features of its materials");
+
+/* Frees the collected vertices and triangles as soon as the arena has them. */
+static void lay_out_geometry(struct fv_build *b, struct fv_scene *scene, size_t kept, size_t opaque)
+{
+    lay_out_triangles(b, scene, kept, opaque);
+    free(b->triangles.data);
+    b->triangles = (struct array){0};
+    size_t count = b->vertices.count;
+    const struct fv_vertex *v = b->vertices.data;
+    float *position = fv_arena_take(fv_arena(), "scene vertices", count * 3 * sizeof *position + 16, 64);
+    for (size_t i = 0; i < count; i++) memcpy(position + 3 * i, v[i].position, sizeof v[i].position);
+    scene->vertices = (int64_t)count;
+    scene->position = position;
+    free(b->vertices.data);
+    b->vertices = (struct array){0};
+}
+
+static void lay_out_textures(struct fv_build *b, struct fv_scene *scene)
+{
+    struct fv_texture *from = b->textures.data;
+    const size_t *texels = b->texels.data;
+    size_t count = b->textures.count;
+    struct fv_texture *texture = fv_arena_take(fv_arena(), "scene textures", count * sizeof *texture, 64);
+    for (size_t i = 0; i < count; i++) {
+        uint32_t *texel = fv_arena_take(fv_arena(), "scene textures", texels[i] * sizeof *texel, 64);
+        memcpy(texel, from[i].texel, texels[i] * sizeof *texel);
+        free((void *)from[i].texel);
+        texture[i] = from[i];
+        texture[i].texel = texel;
+    }
+    b->textures.count = 0;
+    scene->textures = (int)count;
+    scene->texture = texture;
+}
+
+int fv_build_finish(struct fv_build *b, struct fv_scene *scene, struct fv_error *error)
+{
+    size_t opaque, kept;
+    if (check(b, error)) {
+        fv_build_destroy(b);
+        return -1;
+    }
+    kept = sort_out(b, &opaque);
+    if (kept == 0) {
+        fv_error_set(error, "%s: holds no triangles: all %zu have no area", b->source, b->triangles.count);
+        fv_build_destroy(b);
+        return -1;
+    }
+    if (kept < b->triangles.count)
+        fv_log("%s: %zu of %zu triangles have no area and are left out", b->source, b->triangles.count - kept,
+               b->triangles.count);
+    scene->features = 0;
+    lay_out_geometry(b, scene, kept, opaque);
+    lay_out_textures(b, scene);
+    size_t materials = b->materials.count;
+    struct fv_material *material =
+        fv_arena_take(fv_arena(), "scene materials", materials * sizeof *material, 64);
+    memcpy(material, b->materials.data, materials * sizeof *material);
+    scene->materials = (int)materials;
+    scene->material = material;
+    static const uint32_t light_feature[] = {[FV_LIGHT_POINT] = FV_SCENE_POINT_LIGHTS,
+                                             [FV_LIGHT_AREA] = FV_SCENE_AREA_LIGHTS,
+                                             [FV_LIGHT_SUN] = FV_SCENE_SUN};
+    scene->lights = b->lights;
+    memcpy(scene->light, b->light, sizeof scene->light);
+    for (int i = 0; i < b->lights; i++) scene->features |= light_feature[b->light[i].kind];
+    fv_build_destroy(b);
+    return 0;
+}
