@@ -1,0 +1,1 @@
+fv_test(bench full_ratio rt)

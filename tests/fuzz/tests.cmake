@@ -1,0 +1,15 @@
+# fv_fuzz(NAME PART): tests/fuzz/NAME.c over tests/fuzz/corpus/NAME.
+option(FV_FUZZER "Link the fuzz targets with libFuzzer (clang) for long runs" OFF)
+function(fv_fuzz name)
+    if(FV_FUZZER)
+        add_executable(fuzz_${name} ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/${name}.c)
+        target_link_options(fuzz_${name} PRIVATE -fsanitize=fuzzer)
+    else()
+        add_executable(fuzz_${name} ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/${name}.c ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/driver.c)
+        add_test(NAME fuzz_${name} COMMAND fuzz_${name} ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus/${name})
+        set_tests_properties(fuzz_${name} PROPERTIES LABELS fuzz TIMEOUT 300)
+    endif()
+    target_link_libraries(fuzz_${name} PRIVATE ${ARGN})
+endfunction()
+
+fv_fuzz(tape sensors)

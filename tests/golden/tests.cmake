@@ -1,0 +1,2 @@
+fv_test(golden pictures rt)
+fv_test(golden quality rt)

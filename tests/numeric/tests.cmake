@@ -1,0 +1,2 @@
+fv_test(numeric offsets rt)
+fv_test(numeric shading rt)

@@ -1,0 +1,54 @@
+/* picture: pictures read back and compared. For tests only. */
+#ifndef FV_TESTS_PICTURE_H
+#define FV_TESTS_PICTURE_H
+
+#include "platform/files.h"
+#include "rt/scene/build.h"
+#include "tests/support/program.h"
+
+#include <math.h>
+
+struct picture {
+    int width, height;
+    uint8_t *rgb; /* malloc'ed */
+};
+
+static inline struct picture picture_read(const char *path)
+{
+    struct picture p;
+    struct fv_error error;
+    char *bytes;
+    size_t size;
+    int channels;
+    if (fv_file_read(path, 1 << 30, &bytes, &size, &error)) fail_msg("%s", error.text);
+    if (fv_image_decode((const uint8_t *)bytes, size, path, &p.rgb, &p.width, &p.height, &channels, &error))
+        fail_msg("%s", error.text);
+    assert_int_equal(channels, 3);
+    free(bytes);
+    return p;
+}
+
+/* Mean squared error of the channels, 0..255 each, over the pixels within `radius` of (x, y). */
+static inline double picture_mse(const struct picture *a, const struct picture *b, double x, double y, double radius)
+{
+    double sum = 0, n = 0;
+    assert_int_equal(a->width, b->width);
+    assert_int_equal(a->height, b->height);
+    for (int j = 0; j < a->height; j++)
+        for (int i = 0; i < a->width; i++) {
+            if (hypot(i + 0.5 - x, j + 0.5 - y) > radius) continue;
+            for (int c = 0; c < 3; c++) {
+                double d = (double)a->rgb[3 * (j * a->width + i) + c] - b->rgb[3 * (j * a->width + i) + c];
+                sum += d * d;
+                n++;
+            }
+        }
+    return n > 0 ? sum / n : 0;
+}
+
+static inline double picture_psnr(double mse)
+{
+    return mse > 0 ? 10 * log10(255.0 * 255.0 / mse) : 100;
+}
+
+#endif
