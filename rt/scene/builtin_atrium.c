@@ -29,8 +29,8 @@ struct recipe {
 };
 
 static const struct recipe recipes[FV_ATRIUM_MATERIALS] = {
-    [FV_ATRIUM_FLOOR] = {FV_PATTERN_FLOOR, {0.95f, 0.95f, 0.95f}, {0.08f, 0.08f, 0.08f}, 120, .ior = 1},
-    [FV_ATRIUM_INLAY] = {FV_PATTERN_MARBLE, {0.30f, 0.16f, 0.13f}, {0.08f, 0.08f, 0.08f}, 120, .ior = 1},
+    [FV_ATRIUM_FLOOR] = {FV_PATTERN_FLOOR, {0.95f, 0.95f, 0.95f}, {0.06f, 0.06f, 0.06f}, 60, .ior = 1},
+    [FV_ATRIUM_INLAY] = {FV_PATTERN_MARBLE, {0.30f, 0.16f, 0.13f}, {0.06f, 0.06f, 0.06f}, 60, .ior = 1},
     [FV_ATRIUM_MARBLE] = {FV_PATTERN_MARBLE, {1, 1, 1}, {0.05f, 0.05f, 0.05f}, 60, .ior = 1},
     [FV_ATRIUM_BLOCKS] = {FV_PATTERN_BLOCKS, {1, 1, 1}, .shininess = 1, .ior = 1},
     [FV_ATRIUM_PLASTER] = {FV_PATTERN_PLASTER, {1, 0.94f, 0.82f}, .shininess = 1, .ior = 1},
@@ -42,7 +42,7 @@ static const struct recipe recipes[FV_ATRIUM_MATERIALS] = {
     [FV_ATRIUM_SAFFRON] = {FV_PATTERN_FABRIC, {0.85f, 0.47f, 0.08f}, .shininess = 1, .ior = 1},
     [FV_ATRIUM_TERRACOTTA] = {FV_PATTERN_PLASTER, {0.75f, 0.34f, 0.21f}, .shininess = 1, .ior = 1},
     [FV_ATRIUM_SOIL] = {-1, {0.05f, 0.035f, 0.025f}, .shininess = 1, .ior = 1},
-    [FV_ATRIUM_LEAVES] = {FV_PATTERN_SPRIG, {1.1f, 1.1f, 1.1f}, .shininess = 1, .ior = 1},
+    [FV_ATRIUM_LEAVES] = {FV_PATTERN_SPRIG, {1.5f, 1.5f, 1.5f}, .shininess = 1, .ior = 1},
     [FV_ATRIUM_GILT] = {-1, {0.42f, 0.27f, 0.07f}, {0.45f, 0.33f, 0.13f}, 40, .ior = 1},
     [FV_ATRIUM_BRONZE] = {-1, {0.16f, 0.085f, 0.04f}, {0.40f, 0.24f, 0.12f}, 50, .ior = 1},
     [FV_ATRIUM_POLISHED] =
@@ -306,10 +306,11 @@ static void floor_and_roof(const struct fv_atrium *atrium)
 
 int fv_atrium_read(struct fv_build *build, struct fv_error *error)
 {
+    /* Chandelier, and the bright part of the sky, high over the open roof and to one side. */
     static const struct fv_light lights[] = {
         {FV_LIGHT_POINT, .position = {0, 5.3f, 0}, .colour = {42, 33, 22}},
-        {FV_LIGHT_AREA, .position = {-9, 10.4f, -2.4f}, .u = {18, 0, 0}, .v = {0, 0, 4.8f},
-         .colour = {6.0f, 6.3f, 6.8f}},
+        {FV_LIGHT_AREA, .position = {-5, 18.5f, -8}, .u = {16, 0, 0}, .v = {0, 3, 8},
+         .colour = {15, 14.3f, 13.2f}},
     };
     struct fv_pattern_textures textures[FV_PATTERNS];
     struct fv_atrium atrium;

@@ -25,7 +25,7 @@ int fv_cornell_read(struct fv_build *build, struct fv_error *error)
 {
     /* The lamp's surface lies just above the light, so that it does not shade what it stands for. */
     static const struct fv_light light = {FV_LIGHT_AREA, .position = {-0.35f, TOP - 0.012f, -0.30f},
-                                          .u = {0.7f, 0, 0}, .v = {0, 0, 0.6f}, .colour = {17, 13, 7.5f}};
+                                          .u = {0.7f, 0, 0}, .v = {0, 0, 0.6f}, .colour = {24, 18.5f, 11}};
     struct fv_material material[MATERIALS];
     struct fv_brush brush[MATERIALS];
     for (int i = 0; i < MATERIALS; i++) material[i] = fv_material_default();
@@ -45,7 +45,7 @@ int fv_cornell_read(struct fv_build *build, struct fv_error *error)
         brush[i] = (struct fv_brush){build, glms_mat4_identity(), fv_build_material(build, &material[i]), 1};
     walls(brush);
     fv_shape_box(&brush[LAMP], fv_vec(-0.35f, TOP - 0.01f, -0.30f), fv_vec(0.35f, TOP - 0.002f, 0.30f));
-    struct fv_brush tall = fv_brush_at(&brush[MIRROR], -0.45f, 0, -0.45f, 0.30f);
+    struct fv_brush tall = fv_brush_at(&brush[MIRROR], -0.45f, 0, -0.50f, 0.60f);
     fv_shape_box(&tall, fv_vec(-0.42f, 0, -0.42f), fv_vec(0.42f, 1.66f, 0.42f));
     struct fv_brush low = fv_brush_at(&brush[WHITE], 0.50f, 0, 0.40f, -0.29f);
     fv_shape_box(&low, fv_vec(-0.42f, 0, -0.42f), fv_vec(0.42f, 0.62f, 0.42f));

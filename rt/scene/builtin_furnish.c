@@ -124,12 +124,15 @@ static void hang(const struct fv_atrium *atrium)
         for (int i = 0; i < COUNT(banners); i++) {
             struct banner banner = {banners[i].width, banners[i].height, 1.7f * (float)(i + 4 * half)};
             struct fv_brush turned = fv_brush_at(&atrium->brush[banners[i].cloth], 0, 0, 0, yaw);
-            struct fv_brush at = fv_brush_at(&turned, banners[i].bay, 6.02f, -3.60f, 0);
+            struct fv_brush at = fv_brush_at(&turned, banners[i].bay, 5.90f, -3.26f, 0);
             fv_shape_sheet(&at, banner_surface, &banner, 56, 48, banner.width, banner.height);
             struct fv_brush rod = fv_brush_of(&at, atrium->brush[FV_ATRIUM_GILT].material, 0.5f);
             fv_shape_tube(&rod, fv_vec(-0.8f, 0.01f, 0.06f), fv_vec(0.8f, 0.01f, 0.06f), 0.022f, 0.022f, 12);
-            for (int end = -1; end <= 1; end += 2)
+            for (int end = -1; end <= 1; end += 2) { /* knob, and the bracket on the rail */
                 fv_shape_sphere(&rod, fv_vec(0.8f * (float)end, 0.01f, 0.06f), 0.04f, 16);
+                fv_shape_tube(&rod, fv_vec(0.72f * (float)end, -0.06f, -0.42f),
+                              fv_vec(0.72f * (float)end, 0.01f, 0.06f), 0.014f, 0.014f, 8);
+            }
         }
     }
     for (int i = 0; i < COUNT(sails); i++) {
