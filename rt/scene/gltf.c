@@ -8,6 +8,7 @@
 
 #include <cglm/cglm.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,8 +19,7 @@ struct primitive {
     const struct gltf_material *material;
     int mode;
     uint64_t corners;
-    uint32_t *vertex; /* of the build, plus 1; 0: not taken over yet */
-    int64_t mesh, number;
+    uint32_t *vertex;                       /* of the build, plus 1; 0: not taken over yet */
     float world[4][4], normal_matrix[3][3]; /* columns */
     bool mirrored;
 };
@@ -42,6 +42,7 @@ static int open_accessors(struct gltf *g, const json_t *json, struct primitive *
     for (size_t i = 0; i < sizeof wanted / sizeof wanted[0]; i++) {
         int64_t index = gltf_integer(g, wanted[i].owner, wanted[i].name, -1);
         if (g->failed) return -1;
+        if (i == 0 && index < 0) return gltf_fail(g, "has no POSITION");
         if (index >= 0 && gltf_accessor_open(g, index, wanted[i].type, wanted[i].components, wanted[i].out))
             return -1;
         bool attribute = wanted[i].owner == attributes;
@@ -118,17 +119,23 @@ static void set_matrices(struct primitive *p, mat4 world)
         for (int i = 0; i < 3; i++) glm_vec3_negate(p->normal_matrix[i]);
 }
 
+static void name_place(struct gltf *g, int64_t mesh, int64_t primitive)
+{
+    snprintf(g->place, sizeof g->place, "meshes[%lld].primitives[%lld]", (long long)mesh,
+             (long long)primitive);
+}
+
 static int read_primitive(struct gltf *g, const json_t *json, int64_t mesh, int64_t number, mat4 world)
 {
-    struct primitive p = {.mesh = mesh, .number = number};
+    struct primitive p = {0};
     int64_t mode = gltf_integer(g, json, "mode", 4), material = gltf_integer(g, json, "material", -1);
     if (mode > 6) return gltf_fail(g, "mode %lld, must be from 0 to 6", (long long)mode);
     if (mode < 4) return 0; /* points and lines have no surface */
     p.mode = (int)mode;
     p.material = gltf_material_use(g, material);
+    name_place(g, mesh, number);
     if (!p.material || open_accessors(g, json, &p)) return -1;
-    snprintf(g->place, sizeof g->place, "meshes[%lld].primitives[%lld]", (long long)mesh, (long long)number);
-    if (!p.position.data) return gltf_fail(g, "has no POSITION");
+    name_place(g, mesh, number);
     p.corners = p.index.data ? p.index.count : p.position.count;
     if (p.mode == 4 && p.corners % 3)
         return gltf_fail(g, "%llu corners are no whole triangles", (unsigned long long)p.corners);
@@ -150,7 +157,7 @@ static int read_mesh(struct gltf *g, int64_t index, mat4 world)
     size_t i;
     json_array_foreach((json_t *)list, i, primitive)
     {
-        snprintf(g->place, sizeof g->place, "meshes[%lld].primitives[%zu]", (long long)index, i);
+        name_place(g, index, (int64_t)i);
         if (g->failed || read_primitive(g, primitive, index, (int64_t)i, world)) return -1;
     }
     return g->failed ? -1 : 0;

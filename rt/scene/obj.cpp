@@ -173,8 +173,12 @@ int obj_reader::parse()
     if (!tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &failure, &stream, &reader, true,
                           false))
         return fv_error_set(error, "%s: %.*s", path, int(strcspn(failure.c_str(), "\n")), failure.c_str());
-    if (warning.find("not found in .mtl") != std::string::npos)
-        fv_log("%s: %.*s: such faces are grey", path, int(strcspn(warning.c_str(), "\n")), warning.c_str());
+    /* Where no MTL file was found that has been said already. */
+    size_t missing = warning.find("material [ '");
+    if (missing != std::string::npos && !materials.empty()) {
+        std::string name = warning.substr(missing + 12, warning.find("' ]", missing) - missing - 12);
+        fv_log("%s: material %.60s is not in its MTL file: what uses it is grey", path, name.c_str());
+    }
     return 0;
 }
 

@@ -79,6 +79,7 @@ int main(int count, char **text)
         LLVMFuzzerTestOneInput(exact, size);
         free(exact);
     }
+    free(input);
     printf("%d files, %d mutated inputs\n", files, ROUNDS);
     return 0;
 }
