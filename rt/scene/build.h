@@ -21,7 +21,7 @@ struct fv_vertex {
     float position[3];
     float normal[3]; /* any length; 0 0 0 or not finite: none given, the triangle's own is taken */
     float uv[2];
-    float bitangent_sign; /* of normal maps: 1 or -1 where the file gives it; 0: from uv, y up in the picture */
+    float bitangent_sign; /* 1 or -1 where the file gives it; 0: from uv, normal maps with y up */
 };
 
 struct fv_build; /* opaque */

@@ -226,22 +226,27 @@ float clamp01(float x)
 /* What of the light goes through. Tf has two meanings: coloured, it is the filter that Wavefront
  * defined; grey, it is what 3ds Max and Maya write there, the opacity, 1 being opaque. d < 1 is the
  * share that passes; it, and a grey Tf, take on the hue of Kd. illum 4 and 9 are glass, 6 and 7 bend
- * the light too, by Ni; other glass is a thin pane that does not. */
+ * the light too, by Ni; other glass is a thin pane that does not. Ks is not normalised in MTL: what
+ * lets light through gets the highlight of glass, a reflectance of 0.04 at most. */
 void transmit(const tinyobj::material_t &in, fv_material *out)
 {
     const float *tf = in.transmittance, most = std::max({in.diffuse[0], in.diffuse[1], in.diffuse[2]});
     bool coloured = std::max({tf[0], tf[1], tf[2]}) - std::min({tf[0], tf[1], tf[2]}) > 0.02f;
     bool bends = in.illum == 6 || in.illum == 7, glass = bends || in.illum == 4 || in.illum == 9;
     float share = 1 - clamp01(in.dissolve);
-    if (share == 0 && glass)
-        share = coloured || (bends && (tf[0] <= 0 || tf[0] >= 1)) ? 1 : tf[0] > 0 ? 1 - clamp01(tf[0]) : 0;
+    out->ior = bends ? in.ior : 1;
+    if (share == 0 && glass) {
+        if (coloured) share = 1;
+        else if (tf[0] > 0 && tf[0] < 1) share = 1 - tf[0];
+        else if (bends) share = 1;
+    }
+    if (share == 0) return;
     for (int i = 0; i < 3; i++) {
         float hue = most > 0 ? clamp01(in.diffuse[i] / most) : 1;
         out->transmission[i] = share * (coloured ? clamp01(tf[i]) : hue);
-        if (share > 0)
-            out->diffuse[i] = std::min(clamp01(in.dissolve) * out->diffuse[i], 1 - out->transmission[i]);
+        out->diffuse[i] = std::min(clamp01(in.dissolve) * out->diffuse[i], 1 - out->transmission[i]);
+        out->specular[i] = std::min(out->specular[i], 0.04f);
     }
-    out->ior = bends ? in.ior : 1;
 }
 
 /* The material of a face, made when first used; -1 is none. */

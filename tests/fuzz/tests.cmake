@@ -13,3 +13,4 @@ function(fv_fuzz name)
 endfunction()
 
 fv_fuzz(tape sensors)
+fv_fuzz(gltf rt)

@@ -236,10 +236,12 @@ static void bad_lights(void **state)
     fv_build_destroy(b);
 }
 
+/* Rows may have spare texels at their end: how long they are follows from where the next level begins. */
 static uint32_t texel(const struct fv_texture *t, int level, int x, int y)
 {
-    int width = t->width >> level;
-    return t->texel[t->offset[level] + (uint32_t)(y * (width > 1 ? width : 1) + x)];
+    int height = t->height >> level > 1 ? t->height >> level : 1;
+    uint32_t row = level + 1 < t->levels ? (t->offset[level + 1] - t->offset[level]) / (uint32_t)height : 1;
+    return t->texel[t->offset[level] + (uint32_t)y * row + (uint32_t)x];
 }
 
 static uint32_t grey10(uint32_t value)
@@ -253,7 +255,7 @@ static void colours_are_filtered_in_linear_light(void **state)
     struct fv_texture t;
     uint8_t board[8 * 4 * 3];
     for (int i = 0; i < 32; i++) memset(board + 3 * i, (i + i / 8) % 2 ? 255 : 0, 3);
-    assert_int_equal(fv_texture_make(&t, FV_TEXEL_COLOUR, board, 8, 4, 3, 0), 32 + 8 + 2 + 1);
+    assert_true(fv_texture_make(&t, FV_TEXEL_COLOUR, board, 8, 4, 3, 0) >= 32 + 8 + 2 + 1);
     assert_int_equal(t.levels, 4);
     assert_int_equal(texel(&t, 0, 0, 0), 0);
     assert_int_equal(texel(&t, 0, 1, 0), grey10(1023));
@@ -314,9 +316,11 @@ static void coverage_is_kept(void **state)
         fv_texture_make(&t, FV_TEXEL_ALPHA, pixels, 256, 256, 4, 0.5f);
         for (int l = 0; l < t.levels; l++) {
             int size = 256 >> l, covered = 0;
-            for (int i = 0; i < size * size; i++) {
-                assert_true(t.texel[t.offset[l] + (uint32_t)i] <= 255);
-                covered += t.texel[t.offset[l] + (uint32_t)i] >= 128;
+            for (int y = 0; y < size; y++) {
+                for (int x = 0; x < size; x++) {
+                    assert_true(texel(&t, l, x, y) <= 255);
+                    covered += texel(&t, l, x, y) >= 128;
+                }
             }
             /* Up to half a texel; equal texels cross the cutoff together. */
             assert_close(covered / (double)(size * size), wanted / 100.0, 0.02 + 0.5 / (size * size));

@@ -230,6 +230,7 @@ static void materials(void **state)
         {"Kd 0.5 0.5 0.5\nTr 0.75\n", 0.125, 0, 0, 0.75, 1, 0},
         {"Kd 0.2 0.1 0\nd 0.9\nTf 0.9 0.9 0.9\n", 0.18, 0, 0, 0.1, 1, 0},          /* takes on Kd's hue */
         {"Kd 0.1 0.1 0.1\nillum 4\nTf 0.8 0.2 0\nNi 1.5\n", 0.1, 0, 0, 0.8, 1, 0}, /* a coloured pane */
+        {"Kd 0.1 0.1 0.1\nKs 1 1 1\nNs 256\nillum 4\nTf 0.8 0.2 0\n", 0.1, 0.04, 0, 0.8, 1, 0},
         {"Kd 0.1 0.1 0.1\nillum 6\nTf 0.8 0.2 0\nNi 1.5\n", 0.1, 0, 0, 0.8, 1.5, 0},
         {"Kd 0.5 0.5 0.5\nillum 4\nTf 1 1 1\nNi 1\n", 0.5, 0, 0, 0, 1, 0}, /* Maya's opaque */
         {"Kd 0 0 0\nillum 7\nTf 1 1 1\nNi 1.33\n", 0, 0, 0, 1, 1.33, 0},
