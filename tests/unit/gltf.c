@@ -427,9 +427,10 @@ static void textures(void **state)
     assert_int_equal(scene.opaque_triangles, 0);
     assert_int_equal(scene.features & 7, FV_SCENE_TEXTURES | FV_SCENE_NORMAL_MAPS | FV_SCENE_ALPHA);
     const struct fv_texture *alpha = &scene.texture[m->alpha_texture];
-    assert_int_equal(alpha->texel[0], 255);
-    assert_int_equal(alpha->texel[1], 0);
-    assert_int_equal(scene.texture[m->base_texture].texel[3], 1023);
+    assert_int_equal(alpha->texel[alpha->offset[0]], 255);
+    assert_int_equal(alpha->texel[alpha->offset[0] + 1], 0);
+    const struct fv_texture *base_colour = &scene.texture[m->base_texture];
+    assert_int_equal(base_colour->texel[base_colour->offset[0] + 1], 1023);
 
     /* Opaque: alpha is not looked at. Alpha above the cutoff everywhere: no mask. */
     if (read_json(

@@ -257,6 +257,13 @@ static void materials(void **state)
     assert_int_equal(read_text(SQUARE "usemtl stone\nf 1 2 3\nusemtl\nf 1 3 4\n"), 0);
 }
 
+/* The i-th texel of the first row. */
+static uint32_t texel(int texture, int i)
+{
+    const struct fv_texture *t = &scene.texture[texture];
+    return t->texel[t->offset[0] + (uint32_t)i];
+}
+
 static void textures(void **state)
 {
     (void)state;
@@ -274,22 +281,22 @@ static void textures(void **state)
     const struct fv_material *m = scene.material;
     assert_int_equal(m->flags, FV_MATERIAL_TEXTURED | FV_MATERIAL_MASKED | FV_MATERIAL_NORMAL_MAPPED);
     assert_int_equal(scene.textures, 3);
-    assert_int_equal(scene.texture[m->base_texture].texel[0], 1023);
-    assert_int_equal(scene.texture[m->alpha_texture].texel[1], 255);
+    assert_int_equal(texel(m->base_texture, 0), 1023);
+    assert_int_equal(texel(m->alpha_texture, 1), 255);
     assert_int_equal(scene.opaque_triangles, 0);
     /* Grey grows to the right by 10 a pixel: 10/255 of 0.01 widths, the slope in pixels 0.00157. */
     static const char *const heights[] = {"bump -bm 100 height.png\n", "map_Bump -bm 100 height3.png\n"};
     for (int i = 0; i < 2; i++) {
         assert_int_equal(read_material(heights[i]), 0);
-        uint32_t texel = scene.texture[scene.material[0].normal_texture].texel[1];
+        uint32_t bent = texel(scene.material[0].normal_texture, 1);
         double n[3], slope = 10 / 255.0 * 4;
-        for (int k = 0; k < 3; k++) n[k] = (texel >> 10 * k & 1023) / 511.5 - 1;
+        for (int k = 0; k < 3; k++) n[k] = (bent >> 10 * k & 1023) / 511.5 - 1;
         assert_close(n[0], -slope / sqrt(1 + slope * slope), 0.01);
         assert_close(n[1], 0, 0.01);
         assert_close(n[2], 1 / sqrt(1 + slope * slope), 0.01);
     }
     assert_int_equal(read_material("norm colour.png\n"), 0); /* in colours: a normal map already */
-    assert_true((scene.texture[scene.material[0].normal_texture].texel[0] & 1023) > 700);
+    assert_true((texel(scene.material[0].normal_texture, 0) & 1023) > 700);
 
     assert_int_equal(read_material("map_Kd gone.png\n"), -1);
     assert_says("missing", "test.obj: material my_own: ");
