@@ -357,17 +357,21 @@ static void lay_out_textures(struct fv_build *b, struct fv_scene *scene)
     struct fv_texture *from = b->textures.data;
     const size_t *texels = b->texels.data;
     size_t count = b->textures.count;
+    size_t all = 0, at = 0;
+    for (size_t i = 0; i < count; i++) all += texels[i];
     struct fv_texture *texture = fv_arena_take(fv_arena(), "scene textures", count * sizeof *texture, 64);
-    for (size_t i = 0; i < count; i++) {
-        uint32_t *texel = fv_arena_take(fv_arena(), "scene textures", texels[i] * sizeof *texel, 64);
-        memcpy(texel, from[i].texel, texels[i] * sizeof *texel);
+    uint32_t *texel = fv_arena_take(fv_arena(), "scene textures", all * sizeof *texel, 64);
+    for (size_t i = 0; i < count; at += texels[i++]) {
+        memcpy(texel + at, from[i].texel, texels[i] * sizeof *texel);
         free((void *)from[i].texel);
         texture[i] = from[i];
         texture[i].texel = texel;
+        for (int l = 0; l < texture[i].levels; l++) texture[i].offset[l] += (uint32_t)at;
     }
     b->textures.count = 0;
     scene->textures = (int)count;
     scene->texture = texture;
+    scene->texel = texel;
 }
 
 int fv_build_finish(struct fv_build *b, struct fv_scene *scene, struct fv_error *error)

@@ -12,14 +12,16 @@
 #include <stdint.h>
 
 enum {
-    FV_TEXTURE_LEVELS = 14, /* sizes to 8192 */
+    FV_TEXTURE_LEVELS = 16, /* sizes to 8192 need 14; 16 offsets are one vector */
     FV_MATERIALS_MAX = 65535,
     FV_LIGHTS_MAX = 256
 };
 
 /* A mip-mapped texture; width and height are powers of two, coordinates wrap. Level l is
- * max(1, width >> l) x max(1, height >> l) texels at texel + offset[l], row by row, the
- * first row at v = 0 (glTF's way: v grows downwards in the picture). */
+ * max(1, height >> l) rows of max(1, width >> l) texels at texel + offset[l], the first row at v = 0
+ * (glTF's way: v grows downwards in the picture). Behind each row its first texel stands once more, so
+ * that two neighbours are always one 8-byte load: rows are one texel longer than the level is wide.
+ * All textures of a scene share one array of texels, so that one fetch serves several of them. */
 struct fv_texture {
     int width, height, levels;
     uint32_t offset[FV_TEXTURE_LEVELS];
@@ -105,6 +107,7 @@ struct fv_scene {
     int materials, textures, lights;
     const struct fv_material *material;
     const struct fv_texture *texture;
+    const uint32_t *texel; /* every texture's `texel` */
     struct fv_light light[FV_LIGHTS_MAX];
     float ambient[3], sky[3], exposure;
     float bounds[2][3]; /* smallest and largest corner */

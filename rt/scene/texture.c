@@ -8,6 +8,7 @@
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { ALPHA_ONE = 65535 };
 
@@ -162,6 +163,26 @@ static void finish_alpha(const struct fv_texture *t, uint32_t *texel, float alph
                       cutoff ? cutoff : 255);
 }
 
+/* Moves every row to where a spare texel behind each row leaves it, last row first, and fills the spare
+ * one with the row's first. `count`: texels without the spare ones. Returns the count with them. */
+static size_t spread_rows(struct fv_texture *t, uint32_t *texel, size_t count)
+{
+    size_t to = count;
+    for (int l = 0; l < t->levels; l++) to += (size_t)(t->height >> l > 1 ? t->height >> l : 1);
+    size_t all = to;
+    for (int l = t->levels - 1; l >= 0; l--) {
+        size_t width = (size_t)(t->width >> l > 1 ? t->width >> l : 1), rows = level_texels(t, l) / width;
+        for (size_t y = rows; y-- > 0;) {
+            to -= width + 1;
+            memmove(texel + to, texel + t->offset[l] + y * width, width * sizeof *texel);
+            texel[to + width] = texel[to];
+        }
+        t->offset[l] = (uint32_t)to;
+    }
+    assert(to == 0);
+    return all;
+}
+
 size_t fv_texture_make(struct fv_texture *out, enum fv_texel kind, const uint8_t *pixels, int width,
                        int height, int channels, float alpha_cutoff)
 {
@@ -183,7 +204,8 @@ size_t fv_texture_make(struct fv_texture *out, enum fv_texel kind, const uint8_t
     } while ((out->width | out->height) >> out->levels);
     assert(out->levels <= FV_TEXTURE_LEVELS);
 
-    uint32_t *texel = malloc(count * sizeof *texel);
+    /* Rows and their spare texels are never more than twice the texels. */
+    uint32_t *texel = malloc(2 * count * sizeof *texel);
     if (!texel) fv_die(2, "memory: a texture of %d x %d does not fit", width, height);
     fill_largest(&source, out->width, out->height, texel);
     for (int l = 1; l < out->levels; l++) {
@@ -192,5 +214,5 @@ size_t fv_texture_make(struct fv_texture *out, enum fv_texel kind, const uint8_t
     }
     if (kind == FV_TEXEL_ALPHA) finish_alpha(out, texel, alpha_cutoff);
     out->texel = texel;
-    return count;
+    return spread_rows(out, texel, count);
 }

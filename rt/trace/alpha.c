@@ -31,7 +31,7 @@ static bool covered(const struct fv_scene *s, unsigned primitive, float u, float
     float tv = w * r->uv[0][1] + u * r->uv[1][1] + v * r->uv[2][1];
     int level = level_of(t, footprint * r->uv_per_metre * sqrtf((float)t->width * (float)t->height));
     int width = t->width >> level ? t->width >> level : 1, height = t->height >> level ? t->height >> level : 1;
-    uint32_t texel = t->texel[t->offset[level] + (uint32_t)(wrap(tv, height) * width + wrap(tu, width))];
+    uint32_t texel = t->texel[t->offset[level] + (uint32_t)(wrap(tv, height) * (width + 1) + wrap(tu, width))];
     return (float)texel >= m->alpha_cutoff * 255.0f;
 }
 

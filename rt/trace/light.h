@@ -36,29 +36,44 @@ struct lit {
     vf3 sum;
 };
 
-/* Adds light that arrives from start + way (way up to `far` of it free), `irradiance` at normal
- * incidence in the lanes of `mask`. */
-static inline void add_light(struct lit *lit, vf3 way, vf far, vf3 l, vf3 irradiance, vi mask)
+/* Lanes of `mask` that a light in unit direction l may reach by the surface's own slope. */
+static inline vi faces(const struct surface *s, vf3 l, vi mask)
+{
+    return mask & s->hit & (vf_dot(s->geometric, l) > 0.0f) & (vf_dot(s->normal, l) > 0.0f);
+}
+
+/* Lanes of `mask` from whose start + way (up to `far` of it) nothing is in between. */
+static inline vi unshadowed(const struct lit *lit, vf3 way, vf far, vi mask)
+{
+    unsigned bits = vi_bits(mask);
+    if (!bits) return mask;
+    lit->shading->rays[FV_RAY_SHADOW] += __builtin_popcount(bits);
+    struct fv_ray_context context = packet_context(true, lit->surface->footprint[__builtin_ctz(bits)], 0);
+    return mask & ~packet_occluded(lit->shading->tracer, &context, lit->start, way, far, mask);
+}
+
+/* Adds light from unit direction l, `irradiance` at normal incidence, in the lanes of `mask`. */
+static inline void add_light(struct lit *lit, vf3 l, vf3 irradiance, vi mask)
 {
     const struct surface *s = lit->surface;
-    vf cosine = vf_dot(s->normal, l);
-    mask &= s->hit & (cosine > 0.0f) & (vf_dot(s->geometric, l) > 0.0f);
-    unsigned bits = vi_bits(mask);
-    if (!bits) return;
-    lit->shading->rays[FV_RAY_SHADOW] += __builtin_popcount(bits);
-    struct fv_ray_context context = packet_context(true, s->footprint[__builtin_ctz(bits)], 0);
-    mask &= ~packet_occluded(lit->shading->tracer, &context, lit->start, way, far, mask);
+    vf cosine = vf_max(vf_dot(s->normal, l), vf_of(0));
     vf3 f = phong(s, lit->view, l, cosine, lit->any_specular);
     vf3 add = {f.x * irradiance.x, f.y * irradiance.y, f.z * irradiance.z};
     lit->sum = vf3_add(lit->sum, vf3_select(mask, add, (vf3){vf_of(0), vf_of(0), vf_of(0)}));
 }
 
-static inline void add_point(struct lit *lit, const struct fv_light *light)
+/* Way and unit direction from the surface to a point or sun, and the irradiance it sends. */
+static inline vf3 towards(const struct lit *lit, const struct fv_light *light, vf3 *way, vf *far, vf3 *irradiance)
 {
-    vf3 way = vf3_sub(vf3_of(light->position), lit->start);
-    vf d2 = vf_max(vf_dot(way, way), vf_of(1e-12f));
-    vf3 l = vf3_scale(way, 1.0f / vf_sqrt(d2));
-    add_light(lit, way, vf_of(0.99999f), l, vf3_scale(vf3_of(light->colour), 1.0f / d2), vi_of(-1));
+    *irradiance = vf3_of(light->colour);
+    *way = vf3_of(light->position);
+    *far = vf_of(__builtin_inff());
+    if (light->kind == FV_LIGHT_SUN) return *way;
+    *way = vf3_sub(*way, lit->start);
+    *far = vf_of(0.99999f);
+    vf inverse = vf_rsqrt(vf_max(vf_dot(*way, *way), vf_of(1e-12f)));
+    *irradiance = vf3_scale(*irradiance, inverse * inverse);
+    return vf3_scale(*way, inverse);
 }
 
 /* Stratified by a rank-1 sequence (Roberts' R2) shifted by the lane's random numbers. */
@@ -73,39 +88,43 @@ static inline void add_area(struct lit *lit, const struct fv_light *light)
         b -= vf_floor(b);
         vf3 at = vf3_add(corner, vf3_add(vf3_scale(u, a), vf3_scale(v, b)));
         vf3 way = vf3_sub(at, lit->start);
-        vf d2 = vf_max(vf_dot(way, way), vf_of(1e-6f));
-        vf3 l = vf3_scale(way, 1.0f / vf_sqrt(d2));
-        vf emitted = vf_max(-vf_dot(face, l), vf_of(0)) / (d2 * (float)n);
-        add_light(lit, way, vf_of(0.999f), l, vf3_scale(vf3_of(light->colour), emitted), emitted > 0.0f);
+        vf inverse = vf_rsqrt(vf_max(vf_dot(way, way), vf_of(1e-6f)));
+        vf3 l = vf3_scale(way, inverse);
+        vf emitted = vf_max(-vf_dot(face, l), vf_of(0)) * inverse * inverse / (float)n;
+        vi free = unshadowed(lit, way, vf_of(0.999f), faces(lit->surface, l, emitted > 0.0f));
+        if (vi_any(free)) add_light(lit, l, vf3_scale(vf3_of(light->colour), emitted), free);
     }
 }
 
-static inline void add_sun(struct lit *lit, const struct fv_light *light)
-{
-    vf3 l = vf3_of(light->position);
-    add_light(lit, l, vf_of(__builtin_inff()), l, vf3_of(light->colour), vi_of(-1));
-}
-
-/* Emission, ambient and all lights. `direction`: of the ray that came here, any length. */
-static inline vf3 light_surface(const struct shading *shading, const struct surface *s, vf3 direction)
+/* Emission, ambient and all lights. `direction`: of the ray that came here, any length. Shadow rays to
+ * points and suns go first, while the textures' texels are on their way. */
+static inline vf3 light_surface(const struct shading *shading, struct surface *s, vf3 direction)
 {
     const struct fv_scene *scene = shading->tracer->data;
-    vf3 ambient = vf3_of(scene->ambient);
-    /* A little darker from below, so that vaults keep their shape where no light reaches. */
-    vf sky = 0.8f + 0.2f * s->normal.y;
-    vf3 zero = {vf_of(0), vf_of(0), vf_of(0)};
-    struct lit lit = {.shading = shading, .surface = s, .sum = s->emission};
-    lit.sum = vf3_add(lit.sum, (vf3){ambient.x * s->diffuse.x * sky, ambient.y * s->diffuse.y * sky,
-                                     ambient.z * s->diffuse.z * sky});
-    lit.any_specular = vi_any(s->hit & ((s->flags & FV_MATERIAL_SPECULAR) != 0));
-    if (lit.any_specular) lit.view = vf3_normalise(vf3_scale(direction, vf_of(-1)), s->normal);
+    struct lit lit = {.shading = shading, .surface = s};
+    vi reached[FV_LIGHTS_MAX];
+    vf3 way, irradiance, zero = {vf_of(0), vf_of(0), vf_of(0)};
+    vf far;
     lit.start = vf3_add(s->point, vf3_scale(s->geometric, s->offset));
     for (int i = 0; i < scene->lights; i++) {
-        const struct fv_light *light = &scene->light[i];
-        switch (light->kind) {
-        case FV_LIGHT_POINT: add_point(&lit, light); break;
-        case FV_LIGHT_AREA: add_area(&lit, light); break;
-        case FV_LIGHT_SUN: add_sun(&lit, light); break;
+        if (scene->light[i].kind == FV_LIGHT_AREA) continue;
+        vf3 l = towards(&lit, &scene->light[i], &way, &far, &irradiance);
+        reached[i] = unshadowed(&lit, way, far, faces(s, l, vi_of(-1)));
+    }
+    surface_fetch(s, scene);
+    /* A little darker from below, so that vaults keep their shape where no light reaches. */
+    vf sky = 0.8f + 0.2f * s->normal.y;
+    lit.sum = (vf3){s->emission.x + scene->ambient[0] * s->diffuse.x * sky,
+                    s->emission.y + scene->ambient[1] * s->diffuse.y * sky,
+                    s->emission.z + scene->ambient[2] * s->diffuse.z * sky};
+    lit.any_specular = (s->any & FV_MATERIAL_SPECULAR) != 0;
+    if (lit.any_specular) lit.view = vf3_normalise(vf3_scale(direction, vf_of(-1)), s->normal);
+    for (int i = 0; i < scene->lights; i++) {
+        if (scene->light[i].kind == FV_LIGHT_AREA) {
+            add_area(&lit, &scene->light[i]);
+        } else if (vi_any(reached[i])) {
+            vf3 l = towards(&lit, &scene->light[i], &way, &far, &irradiance);
+            add_light(&lit, l, irradiance, reached[i]);
         }
     }
     return vf3_select(s->hit, lit.sum, zero);

@@ -83,12 +83,28 @@ static inline vi vi_select(vi mask, vi yes, vi no)
  * NaN in `a` gives `b`. */
 static inline vf vf_min(vf a, vf b)
 {
+#if FV_WIDTH == 16
+    return (vf)_mm512_min_ps((__m512)a, (__m512)b);
+#elif FV_WIDTH == 8
+    return (vf)_mm256_min_ps((__m256)a, (__m256)b);
+#elif defined(__SSE2__)
+    return (vf)_mm_min_ps((__m128)a, (__m128)b);
+#else
     return vf_select(a < b, a, b);
+#endif
 }
 
 static inline vf vf_max(vf a, vf b)
 {
+#if FV_WIDTH == 16
+    return (vf)_mm512_max_ps((__m512)a, (__m512)b);
+#elif FV_WIDTH == 8
+    return (vf)_mm256_max_ps((__m256)a, (__m256)b);
+#elif defined(__SSE2__)
+    return (vf)_mm_max_ps((__m128)a, (__m128)b);
+#else
     return vf_select(a > b, a, b);
+#endif
 }
 
 /* a clamped to [low, high]; NaN gives low. */
@@ -124,6 +140,23 @@ static inline vf vf_sqrt(vf a)
 #else
     return (vf)vsqrtq_f32((float32x4_t)a);
 #endif
+}
+
+/* 1 / sqrt(a) of a positive normal number, to 1e-6 relative: the hardware's estimate and one step of
+ * Newton's. */
+static inline vf vf_rsqrt(vf a)
+{
+#if FV_WIDTH == 16
+    vf e = (vf)_mm512_rsqrt14_ps((__m512)a);
+#elif FV_WIDTH == 8
+    vf e = (vf)_mm256_rsqrt_ps((__m256)a);
+#elif defined(__SSE2__)
+    vf e = (vf)_mm_rsqrt_ps((__m128)a);
+#else
+    vf e = (vf)vrsqrteq_f32((float32x4_t)a);
+    e = e * (1.5f - 0.5f * a * e * e);
+#endif
+    return e * (1.5f - 0.5f * a * e * e);
 }
 
 static inline vf vf_floor(vf a)
@@ -176,6 +209,50 @@ static inline vf vf_gather(const float *base, vi index)
     return (vf)vi_gather(base, index);
 }
 
+/* The lanes' indices as an array: cheaper to address by than to take out of the vector one by one. */
+#define VI_INDICES(name, vector)                    \
+    _Alignas(64) int32_t name[FV_WIDTH];            \
+    vi_store(name, vector);                         \
+    __asm__("" : : "r"(name) : "memory")
+
+/* base[index] and base[index + 1] in every lane, each pair by one 8-byte load: a gather fetches one
+ * word at a time whatever it costs, and twice as many of them. */
+static inline void vi_gather_pairs(const uint32_t *base, vi index, vi *first, vi *second)
+{
+    VI_INDICES(at, index);
+#define PAIR(lane) (*(const int64_t __attribute__((aligned(4), may_alias)) *)(base + at[lane]))
+    typedef int64_t pairs __attribute__((vector_size(4 * FV_WIDTH)));
+#if FV_WIDTH == 16
+    vi low = (vi)(pairs){PAIR(0), PAIR(1), PAIR(2), PAIR(3), PAIR(4), PAIR(5), PAIR(6), PAIR(7)};
+    vi high = (vi)(pairs){PAIR(8), PAIR(9), PAIR(10), PAIR(11), PAIR(12), PAIR(13), PAIR(14), PAIR(15)};
+    *first = __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+    *second = __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+#elif FV_WIDTH == 8
+    vi low = (vi)(pairs){PAIR(0), PAIR(1), PAIR(2), PAIR(3)}, high = (vi)(pairs){PAIR(4), PAIR(5), PAIR(6), PAIR(7)};
+    *first = __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14);
+    *second = __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15);
+#else
+    vi low = (vi)(pairs){PAIR(0), PAIR(1)}, high = (vi)(pairs){PAIR(2), PAIR(3)};
+    *first = __builtin_shufflevector(low, high, 0, 2, 4, 6);
+    *second = __builtin_shufflevector(low, high, 1, 3, 5, 7);
+#endif
+#undef PAIR
+}
+
+/* table[index], index in [0, 16): from registers where the instruction set can. */
+static inline vi vi_table16(const uint32_t table[16], vi index)
+{
+#if FV_WIDTH == 16
+    return (vi)_mm512_permutexvar_epi32((__m512i)index, _mm512_loadu_si512(table));
+#elif FV_WIDTH == 8
+    vi low = (vi)_mm256_permutevar8x32_epi32((__m256i)vi_load(table), (__m256i)index);
+    vi high = (vi)_mm256_permutevar8x32_epi32((__m256i)vi_load(table + 8), (__m256i)index);
+    return vi_select(index > 7, high, low);
+#else
+    return vi_gather(table, index);
+#endif
+}
+
 static inline vi vi_lanes(void)
 {
 #if FV_WIDTH == 16
@@ -222,7 +299,7 @@ static inline vf3 vf3_normalise(vf3 a, vf3 otherwise)
 {
     vf n = vf_dot(a, a);
     vi good = (n > 1e-36f) & (n < 1e36f);
-    return vf3_select(good, vf3_scale(a, 1.0f / vf_sqrt(vf_max(n, vf_of(1e-36f)))), otherwise);
+    return vf3_select(good, vf3_scale(a, vf_rsqrt(vf_max(n, vf_of(1e-36f)))), otherwise);
 }
 
 /* log2 of a positive normal number, to 2e-4: exponent plus a polynomial on the mantissa in [1, 2). */

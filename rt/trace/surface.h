@@ -5,17 +5,35 @@
 
 #include "rt/trace/packet.h"
 
+/* Which texels a lane's bilinear fetch reads (of the scene's one array), and their weights. */
+struct texel_place {
+    vi upper, lower; /* the left ones of two rows; the right ones stand behind them */
+    vf fx, fy;
+};
+
+/* Interpolated vertex data of a packet. */
+struct interpolated {
+    vf u, v, uv_per_metre;
+    vf3 normal, tangent;
+    vf bitangent_sign;
+};
+
 struct surface {
     vi hit;            /* mask */
-    vi flags;          /* enum fv_material_flags */
+    vi flags;          /* enum fv_material_flags; any: of all lanes together */
+    uint32_t any;
     vf3 point;         /* world */
     vf offset;         /* distance along `geometric` that clears the surface's own rounding */
     vf3 geometric;     /* unit, towards the viewer */
-    vf3 normal;        /* shading normal, unit, towards the viewer */
+    vf3 normal;        /* shading normal, unit, towards the viewer; bent by surface_fetch */
     vi outside;        /* mask: seen from the side that the triangle's winding faces */
     vf footprint;      /* m: the ray cone's width here */
     vf3 diffuse, specular, emission, mirror, transmission;
     vf shininess, ior;
+    /* Kept from surface_set for surface_fetch. */
+    struct interpolated in;
+    struct texel_place base, bump;
+    vf bump_scale;
 };
 
 /* Rows of W 32-bit words, one a lane, become words of W lanes. */
@@ -46,12 +64,13 @@ static inline void transpose(vi a[FV_WIDTH])
 /* The 16 words of each lane's triangle record: whole cache lines and shuffles, which beat gathers. */
 static inline void load_records(const struct fv_triangle *triangle, vi index, vi word[16])
 {
+    VI_INDICES(at, index);
 #pragma GCC unroll 4
     for (int part = 0; part < 16; part += FV_WIDTH) {
         vi rows[FV_WIDTH];
 #pragma GCC unroll 16
         for (int lane = 0; lane < FV_WIDTH; lane++)
-            rows[lane] = vi_load((const int32_t *)(triangle + index[lane]) + part);
+            rows[lane] = vi_load((const int32_t *)(triangle + at[lane]) + part);
         transpose(rows);
 #pragma GCC unroll 16
         for (int i = 0; i < FV_WIDTH; i++) word[part + i] = rows[i];
@@ -68,34 +87,50 @@ static inline vf high16(vi word)
     return vf_from(word >> 16);
 }
 
-/* Which texels a lane's bilinear fetch reads, and their weights. */
-struct texel_place {
-    vi at00, at10, at01, at11;
-    vf fx, fy;
-};
-
-/* Coordinates wrap; the level is the nearest to one texel a footprint. uv of any finite size. */
-static inline struct texel_place place_texels(const struct fv_texture *t, vf u, vf v, vf texels)
+/* Coordinates wrap; the level is the nearest to one texel a footprint (in uv). uv of any finite size. */
+static inline struct texel_place place_texels(const struct fv_texture *t, vf u, vf v, vf footprint)
 {
+    vf texels = footprint * __builtin_sqrtf((float)t->width * (float)t->height);
     vf levels = vf_clamp(vf_log2(vf_clamp(texels, 1, 1e6f)) + 0.5f, 0, (float)(t->levels - 1));
     vi level = vi_from(levels);
-    vi offset = vi_gather(t->offset, level);
+    vi offset = vi_table16(t->offset, level);
     vi width = vi_of(t->width) >> level, height = vi_of(t->height) >> level;
     width = vi_select(width > 1, width, vi_of(1));
     height = vi_select(height > 1, height, vi_of(1));
     vf x = (u - vf_floor(u)) * vf_from(width) - 0.5f, y = (v - vf_floor(v)) * vf_from(height) - 0.5f;
     vf x0 = vf_floor(x), y0 = vf_floor(y);
     vi ix = vi_from(x0), iy = vi_from(y0), mx = width - 1, my = height - 1;
-    vi left = ix & mx, right = (ix + 1) & mx;
-    vi upper = offset + (iy & my) * width, lower = offset + ((iy + 1) & my) * width;
-    return (struct texel_place){upper + left, upper + right, lower + left, lower + right, x - x0, y - y0};
+    offset += ix & mx;
+    width += 1;
+    return (struct texel_place){offset + (iy & my) * width, offset + ((iy + 1) & my) * width, x - x0, y - y0};
+}
+
+static inline void select_place(struct texel_place *to, vi lanes, const struct texel_place *from)
+{
+    to->upper = vi_select(lanes, from->upper, to->upper);
+    to->lower = vi_select(lanes, from->lower, to->lower);
+    to->fx = vf_select(lanes, from->fx, to->fx);
+    to->fy = vf_select(lanes, from->fy, to->fy);
+}
+
+/* Asks for a fetch's cache lines ahead of time. */
+static inline void prefetch(const uint32_t *texel, const struct texel_place *p)
+{
+    VI_INDICES(upper, p->upper);
+    VI_INDICES(lower, p->lower);
+#pragma GCC unroll 16
+    for (int i = 0; i < FV_WIDTH; i++) {
+        __builtin_prefetch(texel + upper[i]);
+        __builtin_prefetch(texel + lower[i]);
+    }
 }
 
 /* Bilinear mean of the three 10-bit channels, 0..1023. */
-static inline vf3 fetch(const struct fv_texture *t, const struct texel_place *p)
+static inline vf3 fetch(const uint32_t *texel, const struct texel_place *p)
 {
-    vi a = vi_gather(t->texel, p->at00), b = vi_gather(t->texel, p->at10);
-    vi c = vi_gather(t->texel, p->at01), d = vi_gather(t->texel, p->at11);
+    vi a, b, c, d;
+    vi_gather_pairs(texel, p->upper, &a, &b);
+    vi_gather_pairs(texel, p->lower, &c, &d);
     vf w11 = p->fx * p->fy, w10 = p->fx - w11, w01 = p->fy - w11, w00 = 1.0f - p->fx - w01;
 #define CHANNEL(shift)                                                                          \
     (vf_from((a >> shift) & 1023) * w00 + vf_from((b >> shift) & 1023) * w10 +                  \
@@ -104,49 +139,37 @@ static inline vf3 fetch(const struct fv_texture *t, const struct texel_place *p)
 #undef CHANNEL
 }
 
-/* Interpolated vertex data of a packet. */
-struct interpolated {
-    vf u, v, uv_per_metre;
-    vf3 normal, tangent;
-    vf bitangent_sign;
-};
-
-static inline void bend_normal(struct surface *s, const struct interpolated *in, const struct fv_material *m,
-                               vf3 texel, vi lanes)
-{
-    vf scale = vf_of(m->normal_scale / 511.5f);
-    vf3 n = {(texel.x - 511.5f) * scale, (texel.y - 511.5f) * scale, (texel.z - 511.5f) * (1 / 511.5f)};
-    vf3 t = in->tangent, a = s->normal;
-    vf3 b = {a.y * t.z - a.z * t.y, a.z * t.x - a.x * t.z, a.x * t.y - a.y * t.x};
-    b = vf3_scale(b, in->bitangent_sign);
-    vf3 bent = vf3_add(vf3_add(vf3_scale(t, n.x), vf3_scale(b, n.y)), vf3_scale(a, n.z));
-    s->normal = vf3_select(lanes, vf3_normalise(bent, a), s->normal);
-}
-
 static inline void set_lanes(vf3 *to, vi lanes, const float value[3])
 {
     *to = vf3_select(lanes, vf3_of(value), *to);
 }
 
-/* Applies one material to the lanes that have it: everything about it is uniform. */
-static inline void apply_material(struct surface *s, const struct interpolated *in, const struct fv_scene *scene,
-                                  const struct fv_material *m, vi lanes, vf cosine)
+/* Applies one material to the lanes that have it: everything about it is uniform. Textures are only
+ * placed. */
+static inline void apply_material(struct surface *s, const struct fv_scene *scene, const struct fv_material *m,
+                                  vi lanes, vf footprint)
 {
+    s->any |= m->flags;
     s->flags = vi_select(lanes, vi_of((int32_t)m->flags), s->flags);
-    vf3 diffuse = vf3_of(m->diffuse);
-    /* Between the footprint along and across the slope. */
-    vf texels = s->footprint * in->uv_per_metre / vf_sqrt(vf_max(cosine, vf_of(0.05f)));
+    set_lanes(&s->diffuse, lanes, m->diffuse);
+    const struct fv_texture *base = NULL;
+    struct texel_place p;
     if (m->flags & FV_MATERIAL_TEXTURED) {
-        const struct fv_texture *t = &scene->texture[m->base_texture];
-        struct texel_place p = place_texels(t, in->u, in->v, texels * __builtin_sqrtf((float)t->width * (float)t->height));
-        vf3 c = vf3_scale(fetch(t, &p), vf_of(1 / 1023.0f));
-        diffuse = (vf3){diffuse.x * c.x * c.x, diffuse.y * c.y * c.y, diffuse.z * c.z * c.z};
+        base = &scene->texture[m->base_texture];
+        p = place_texels(base, s->in.u, s->in.v, footprint);
+        select_place(&s->base, lanes, &p);
     }
-    s->diffuse = vf3_select(lanes, diffuse, s->diffuse);
     if (m->flags & FV_MATERIAL_NORMAL_MAPPED) {
         const struct fv_texture *t = &scene->texture[m->normal_texture];
-        struct texel_place p = place_texels(t, in->u, in->v, texels * __builtin_sqrtf((float)t->width * (float)t->height));
-        bend_normal(s, in, m, fetch(t, &p), lanes);
+        if (base && base->width == t->width && base->height == t->height) {
+            /* Textures of one size have their texels in the same places. */
+            p.upper += (int32_t)(t->offset[0] - base->offset[0]);
+            p.lower += (int32_t)(t->offset[0] - base->offset[0]);
+        } else {
+            p = place_texels(t, s->in.u, s->in.v, footprint);
+        }
+        select_place(&s->bump, lanes, &p);
+        s->bump_scale = vf_select(lanes, vf_of(m->normal_scale), s->bump_scale);
     }
     if (m->flags & FV_MATERIAL_SPECULAR) {
         set_lanes(&s->specular, lanes, m->specular);
@@ -176,13 +199,14 @@ static inline struct interpolated interpolate(const struct packet_hit *h, const 
     return in;
 }
 
-/* Everything about the packet's hits. `base`, `growth`: the ray cone, as in fv_ray_context. */
+/* Everything about the packet's hits but what textures hold, whose texels are asked for: trace
+ * something else before surface_fetch. `base`, `growth`: the ray cone, as in fv_ray_context. */
 static inline void surface_set(struct surface *s, const struct fv_scene *scene, const struct packet_hit *h,
                                vf3 origin, vf3 direction, vf base, vf growth)
 {
     vi w[16];
     load_records(scene->triangle, h->triangle, w);
-    struct interpolated in = interpolate(h, w);
+    s->in = interpolate(h, w);
     vf3 zero = {vf_of(0), vf_of(0), vf_of(0)}, up = {vf_of(0), vf_of(1), vf_of(0)};
     vf t = vf_select(h->hit, h->t, vf_of(0));
     s->hit = h->hit;
@@ -197,22 +221,52 @@ static inline void surface_set(struct surface *s, const struct fv_scene *scene, 
     vf facing = vf_dot(geometric, direction);
     s->outside = facing < 0.0f;
     s->geometric = vf3_select(s->outside, geometric, vf3_scale(geometric, vf_of(-1)));
-    vf3 normal = vf3_normalise(in.normal, s->geometric);
+    vf3 normal = vf3_normalise(s->in.normal, s->geometric);
     /* The file's normals may point either way; shading wants them on the viewer's side. */
     vi same_side = vf_dot(normal, s->geometric) >= 0.0f;
     s->normal = vf3_select(same_side, normal, vf3_scale(normal, vf_of(-1)));
     s->diffuse = s->specular = s->emission = s->mirror = s->transmission = zero;
     s->shininess = s->ior = vf_of(1);
-    s->flags = vi_of(0);
-    vf cosine = vf_abs(facing) / vf_sqrt(vf_max(vf_dot(direction, direction), vf_of(1e-30f)));
+    s->flags = s->base.upper = s->base.lower = s->bump.upper = s->bump.lower = vi_of(0);
+    s->base.fx = s->base.fy = s->bump.fx = s->bump.fy = s->bump_scale = vf_of(0);
+    s->any = 0;
+    vf cosine = vf_abs(facing) * vf_rsqrt(vf_max(vf_dot(direction, direction), vf_of(1e-30f)));
+    /* In texture coordinates, between its sizes along and across the slope. */
+    vf footprint = s->footprint * s->in.uv_per_metre * vf_rsqrt(vf_max(cosine, vf_of(0.05f)));
     vi material = (w[10] >> 16) & 0xffff;
     unsigned pending = vi_bits(h->hit);
     while (pending) {
         int id = material[__builtin_ctz(pending)];
         vi lanes = h->hit & (material == id);
         pending &= ~vi_bits(lanes);
-        apply_material(s, &in, scene, &scene->material[id], lanes, cosine);
+        apply_material(s, scene, &scene->material[id], lanes, footprint);
     }
+    if (s->any & FV_MATERIAL_TEXTURED) prefetch(scene->texel, &s->base);
+    if (s->any & FV_MATERIAL_NORMAL_MAPPED) prefetch(scene->texel, &s->bump);
+}
+
+static inline void bend_normal(struct surface *s, vf3 texel)
+{
+    vf scale = s->bump_scale * (1 / 511.5f);
+    vf3 n = {(texel.x - 511.5f) * scale, (texel.y - 511.5f) * scale, (texel.z - 511.5f) * (1 / 511.5f)};
+    vf3 t = s->in.tangent, a = s->normal;
+    vf3 b = {a.y * t.z - a.z * t.y, a.z * t.x - a.x * t.z, a.x * t.y - a.y * t.x};
+    b = vf3_scale(b, s->in.bitangent_sign);
+    vf3 bent = vf3_add(vf3_add(vf3_scale(t, n.x), vf3_scale(b, n.y)), vf3_scale(a, n.z));
+    vi lanes = (s->flags & FV_MATERIAL_NORMAL_MAPPED) != 0;
+    s->normal = vf3_select(lanes, vf3_normalise(bent, a), a);
+}
+
+/* Textures into diffuse and normal: one fetch each for all materials of the packet. */
+static inline void surface_fetch(struct surface *s, const struct fv_scene *scene)
+{
+    if (s->any & FV_MATERIAL_TEXTURED) {
+        vf3 c = vf3_scale(fetch(scene->texel, &s->base), vf_of(1 / 1023.0f));
+        vi lanes = (s->flags & FV_MATERIAL_TEXTURED) != 0;
+        vf3 textured = {s->diffuse.x * c.x * c.x, s->diffuse.y * c.y * c.y, s->diffuse.z * c.z * c.z};
+        s->diffuse = vf3_select(lanes, textured, s->diffuse);
+    }
+    if (s->any & FV_MATERIAL_NORMAL_MAPPED) bend_normal(s, fetch(scene->texel, &s->bump));
 }
 
 #endif

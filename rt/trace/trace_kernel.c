@@ -100,7 +100,7 @@ static vf3 radiance(const struct shading *shading, const struct rays *r, int dep
         surface_set(&s, scene, &hit, r->origin, r->direction, r->base, r->growth);
         vf3 lit = light_surface(shading, &s, r->direction);
         if ((scene->features & (FV_SCENE_MIRRORS | FV_SCENE_GLASS)) &&
-            vi_any(s.hit & ((s.flags & (FV_MATERIAL_MIRROR | FV_MATERIAL_GLASS)) != 0)))
+            (s.any & (FV_MATERIAL_MIRROR | FV_MATERIAL_GLASS)))
             lit = vf3_add(lit, secondary(shading, &s, r->direction, depth));
         out = vf3_select(hit.hit, lit, out);
     }

@@ -4,11 +4,10 @@
  * Bare: a tile's primary packets are laid out beforehand and only the rtcIntersect16 calls are timed;
  * then its shadow packets likewise with rtcOccluded16. Both sides go through the same tiles and workers,
  * and both are thread CPU time, so that a busy machine disturbs neither. */
+#include "platform/files.h"
 #include "rt/frame/loop.h"
 #include "rt/frame/path.h"
 #include "tests/support/program.h"
-
-#include "platform/log.h"
 
 #include <math.h>
 

@@ -25,12 +25,12 @@ static void eccentricity_is_exact(void **state)
     for (unsigned h = 0; h < 5; h++)
         for (unsigned g = 0; g < 4; g++) {
             struct fv_view v = view_of(halves[h], 1000, &identity, gazes[g]);
-            long double gx = gazes[g][0], gy = gazes[g][1], gz = gazes[g][2], t = tanl(halves[h] * M_PIl / 180);
+            long double gx = gazes[g][0], gy = gazes[g][1], gz = gazes[g][2], t = tanl(halves[h] * 3.14159265358979323846264338327950288L / 180);
             for (int i = 0; i <= 20; i++)
                 for (int j = 0; j <= 20; j++) {
                     long double x = t * (i / 10.0L - 1), y = t * (1 - j / 10.0L), z = -1;
                     long double cx = y * gz - z * gy, cy = z * gx - x * gz, cz = x * gy - y * gx;
-                    long double e = atan2l(sqrtl(cx * cx + cy * cy + cz * cz), x * gx + y * gy + z * gz) * 180 / M_PIl;
+                    long double e = atan2l(sqrtl(cx * cx + cy * cy + cz * cz), x * gx + y * gy + z * gz) * 180 / 3.14159265358979323846264338327950288L;
                     assert_true(fabsl((long double)fv_eccentricity_deg(&v, (float)i * 50, (float)j * 50) - e) < 1e-3L);
                 }
         }
