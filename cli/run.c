@@ -112,19 +112,30 @@ static void fill_session(struct run *r)
     s->memory_syscalls = fv_heap_system_calls();
 }
 
-static int write_reports(struct run *r, const char *out, struct fv_error *error)
+/* A piece that cannot be written is said and makes the exit code 1; the others are written all the same. */
+static void note(struct run *r, int failed, const struct fv_error *error)
+{
+    if (!failed) return;
+    fv_log("%s", error->text);
+    r->exit_code = FV_EXIT_NOT_HELD;
+}
+
+static void write_reports(struct run *r, const char *out)
 {
     const struct fv_session *s = &r->setup.session;
     const struct fv_config *c = &r->setup.config;
-    char json[FV_PATH_MAX], html[FV_PATH_MAX], csv[FV_PATH_MAX], trace[FV_PATH_MAX];
-    if (fv_path_join(json, out, "report.json") || fv_path_join(html, out, "report.html") ||
-        fv_path_join(csv, out, "frames.csv") || fv_path_join(trace, out, "trace.json"))
-        return fv_error_set(error, "%s: path too long", out);
-    if (fv_display_close(r->display, error)) return -1;
-    if (fv_record_close(s->frames, out, error)) return -1;
-    if (fv_report_json(s, c, json, error) || fv_report_csv(s, csv, error)) return -1;
-    if (fv_report_html(s, c, r->pictured ? &r->picture : NULL, r->png, html, error)) return -1;
-    return fv_trace_write(r->setup.loop.trace, trace, error);
+    char path[FV_PATH_MAX + 16];
+    struct fv_error error;
+    note(r, fv_display_close(r->display, &error), &error);
+    note(r, fv_record_close(s->frames, out, &error), &error);
+    snprintf(path, sizeof path, "%s/report.json", out);
+    note(r, fv_report_json(s, c, path, &error), &error);
+    snprintf(path, sizeof path, "%s/frames.csv", out);
+    note(r, fv_report_csv(s, path, &error), &error);
+    snprintf(path, sizeof path, "%s/report.html", out);
+    note(r, fv_report_html(s, c, r->pictured ? &r->picture : NULL, r->png, path, &error), &error);
+    snprintf(path, sizeof path, "%s/trace.json", out);
+    note(r, fv_trace_write(r->setup.loop.trace, path, &error), &error);
 }
 
 static int compare_floats(const void *a, const void *b)
@@ -163,10 +174,7 @@ int fv_verb_run(const struct fv_arguments *a)
     fv_heap_seal(strcmp(r.setup.config.threads_sealed_heap, "fatal") == 0);
     fv_loop_run(&r.setup.loop, &io, r.frames);
     fill_session(&r);
-    if (write_reports(&r, a->out, &error)) {
-        fv_log("%s", error.text);
-        return FV_EXIT_NOT_HELD;
-    }
+    write_reports(&r, a->out);
     summarise(&r, a->out);
     return r.exit_code;
 }

@@ -199,6 +199,11 @@ static int check(const struct fv_build *b, struct fv_error *error)
         return fv_error_set(error, "%s: %zu materials, at most %d are possible", b->source,
                             b->materials.count, FV_MATERIALS_MAX);
     if (b->triangles.count == 0) return fv_error_set(error, "%s: holds no triangles", b->source);
+    const size_t *texels = b->texels.data;
+    size_t all = 0;
+    for (size_t i = 0; i < b->textures.count; i++) all += texels[i];
+    if (all > INT32_MAX)
+        return fv_error_set(error, "%s: textures of %zu texels in all, at most %d are possible", b->source, all, INT32_MAX);
     const struct fv_vertex *v = b->vertices.data;
     for (size_t i = 0; i < b->vertices.count; i++)
         if (!finite3(v[i].position) || !isfinite(v[i].uv[0]) || !isfinite(v[i].uv[1]))

@@ -163,13 +163,19 @@ static void finish_alpha(const struct fv_texture *t, uint32_t *texel, float alph
                       cutoff ? cutoff : 255);
 }
 
+/* One behind each row of each level. */
+static size_t spare_texels(const struct fv_texture *t)
+{
+    size_t rows = 0;
+    for (int l = 0; l < t->levels; l++) rows += (size_t)(t->height >> l > 1 ? t->height >> l : 1);
+    return rows;
+}
+
 /* Moves every row to where a spare texel behind each row leaves it, last row first, and fills the spare
  * one with the row's first. `count`: texels without the spare ones. Returns the count with them. */
 static size_t spread_rows(struct fv_texture *t, uint32_t *texel, size_t count)
 {
-    size_t to = count;
-    for (int l = 0; l < t->levels; l++) to += (size_t)(t->height >> l > 1 ? t->height >> l : 1);
-    size_t all = to;
+    size_t all = count + spare_texels(t), to = all;
     for (int l = t->levels - 1; l >= 0; l--) {
         size_t width = (size_t)(t->width >> l > 1 ? t->width >> l : 1), rows = level_texels(t, l) / width;
         for (size_t y = rows; y-- > 0;) {
@@ -204,8 +210,7 @@ size_t fv_texture_make(struct fv_texture *out, enum fv_texel kind, const uint8_t
     } while ((out->width | out->height) >> out->levels);
     assert(out->levels <= FV_TEXTURE_LEVELS);
 
-    /* Rows and their spare texels are never more than twice the texels. */
-    uint32_t *texel = malloc(2 * count * sizeof *texel);
+    uint32_t *texel = malloc((count + spare_texels(out)) * sizeof *texel);
     if (!texel) fv_die(2, "memory: a texture of %d x %d does not fit", width, height);
     fill_largest(&source, out->width, out->height, texel);
     for (int l = 1; l < out->levels; l++) {
