@@ -50,7 +50,7 @@ static int64_t bytes_of(const struct fv_frame *f, enum fv_buffer buffer)
     case FV_SUPPORT_COLOUR:
     case FV_SUPPORT_DEPTH: return f->eyes * 4 * pixels / (f->spacing * f->spacing);
     case FV_SELECTED: return 8 * (int64_t)f->tiles;
-    default: return f->eyes * 4 * pixels;
+    default: return f->eyes * (4 * pixels + 64); /* pixels are loaded in pairs: one behind the last */
     }
 }
 

@@ -31,6 +31,12 @@ uint64_t fv_tile_inside(const struct fv_frame *f, const struct fv_tile *tile)
     return mask;
 }
 
+float fv_tile_threshold(const struct fv_frame *f, const struct fv_tile *tile, int block)
+{
+    int x = tile->x0 / FV_BLOCK + block % FV_BLOCKS, y = tile->y0 / FV_BLOCK + block / FV_BLOCKS;
+    return fv_noise_threshold(x + 29 * tile->eye, y + 37 * tile->eye, f->number);
+}
+
 void fv_tile_place(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
 {
     struct fv_samples *samples = &f->scratch[tile->worker].samples;

@@ -89,6 +89,10 @@ static inline int64_t fv_tile_row(const struct fv_frame *frame, const struct fv_
 /* Blocks of the tile that lie in the picture at least in part. */
 uint64_t fv_tile_inside(const struct fv_frame *frame, const struct fv_tile *tile);
 
+/* This frame's blue-noise threshold of a block, in [0, 1). The eyes look up different parts of the mask,
+ * so that the two fill each other in. */
+float fv_tile_threshold(const struct fv_frame *frame, const struct fv_tile *tile, int block);
+
 /* Puts the centres of all pixels of the masked blocks, block by block, into the worker's samples. */
 void fv_tile_place(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);
 

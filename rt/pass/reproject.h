@@ -19,6 +19,7 @@ struct fv_reproject_tile {
     float epsilon;   /* relative depth difference that still is the same surface */
     uint32_t *colour; /* out */
     float *depth;     /* out */
+    uint64_t edges;   /* out: blocks that lie between nodes of different depth */
     uint64_t failed;  /* out: blocks in which a quarter of the pixels found no history */
 };
 

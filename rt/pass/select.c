@@ -32,12 +32,12 @@ static void run(struct fv_frame *f, const struct fv_tile *tile)
         return;
     }
     for (int block = 0; block < FV_BLOCKS * FV_BLOCKS; block++) {
-        int x = tile->x0 + block % FV_BLOCKS * FV_BLOCK, y = tile->y0 + block / FV_BLOCKS * FV_BLOCK;
-        if (!constant)
-            p = fv_foveal_probability(foveal, nearest_deg(view, (float)x + 0.5f * FV_BLOCK, (float)y + 0.5f * FV_BLOCK));
-        /* The other eye looks up another part of the mask, so that the two fill each other in. */
-        float threshold = fv_noise_threshold(x / FV_BLOCK + 29 * tile->eye, y / FV_BLOCK + 37 * tile->eye, f->number);
-        mask |= (uint64_t)(threshold < p) << block;
+        if (!constant) {
+            float x = (float)(tile->x0 + block % FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
+            float y = (float)(tile->y0 + block / FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
+            p = fv_foveal_probability(foveal, nearest_deg(view, x, y));
+        }
+        mask |= (uint64_t)(fv_tile_threshold(f, tile, block) < p) << block;
     }
     *selected = mask & inside;
 }
