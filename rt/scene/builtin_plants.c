@@ -3,7 +3,8 @@
 
 #include <math.h>
 
-/* A stream of numbers of its own for every plant: xorshift (Marsaglia 2003). */
+/* A stream of numbers of its own for every plant: xorshift (Marsaglia 2003). One draw a statement: which
+ * argument of a call comes first is the compiler's choice, and the scene must not be. */
 static float random_between(uint32_t *state, float low, float high)
 {
     *state ^= *state << 13;
@@ -101,10 +102,10 @@ static void climber(const struct fv_brush *leaves, const struct fv_brush *bark, 
         float around = angle + random_between(&seed, -0.9f, 0.9f) * (1 - 0.5f * t);
         vec3s out = fv_vec(cosf(around), 0, sinf(around));
         vec3s root = glms_vec3_add(glms_vec3_scale(out, 0.235f), fv_vec(0, y, 0));
-        vec3s up = toward(fv_vec(0, random_between(&seed, -0.6f, 1), 0), random_direction(&seed), 0.7f);
-        up = toward(up, out, 0.45f);
-        sprig(leaves, root, up, toward(out, random_direction(&seed), 0.45f),
-              random_between(&seed, 0.15f, 0.26f));
+        float rise = random_between(&seed, -0.6f, 1);
+        vec3s up = toward(toward(fv_vec(0, rise, 0), random_direction(&seed), 0.7f), out, 0.45f);
+        vec3s face = toward(out, random_direction(&seed), 0.45f);
+        sprig(leaves, root, up, face, random_between(&seed, 0.15f, 0.26f));
     }
 }
 
@@ -120,10 +121,10 @@ static void fall(const struct fv_brush *leaves, float width, uint32_t seed)
         for (int k = 0; k < twigs; k++) {
             vec3s root = fv_vec(x + random_between(&seed, -0.05f, 0.05f), -0.13f * (float)k + 0.12f,
                                 0.20f - 0.012f * (float)k);
-            vec3s up =
-                toward(fv_vec(random_between(&seed, -0.8f, 0.8f), -1, 0.35f), random_direction(&seed), 0.3f);
-            sprig(leaves, root, up, toward(out, random_direction(&seed), 0.5f),
-                  random_between(&seed, 0.18f, 0.28f));
+            float aside = random_between(&seed, -0.8f, 0.8f);
+            vec3s up = toward(fv_vec(aside, -1, 0.35f), random_direction(&seed), 0.3f);
+            vec3s face = toward(out, random_direction(&seed), 0.5f);
+            sprig(leaves, root, up, face, random_between(&seed, 0.18f, 0.28f));
         }
     }
 }

@@ -215,12 +215,14 @@ static inline vf vf_gather(const float *base, vi index)
     vi_store(name, vector);                         \
     __asm__("" : : "r"(name) : "memory")
 
+typedef int64_t texel_pair __attribute__((aligned(4), may_alias));
+
 /* base[index] and base[index + 1] in every lane, each pair by one 8-byte load: a gather fetches one
  * word at a time whatever it costs, and twice as many of them. */
 static inline void vi_gather_pairs(const uint32_t *base, vi index, vi *first, vi *second)
 {
     VI_INDICES(at, index);
-#define PAIR(lane) (*(const int64_t __attribute__((aligned(4), may_alias)) *)(base + at[lane]))
+#define PAIR(lane) (*(const texel_pair *)(base + at[lane]))
     typedef int64_t pairs __attribute__((vector_size(4 * FV_WIDTH)));
 #if FV_WIDTH == 16
     vi low = (vi)(pairs){PAIR(0), PAIR(1), PAIR(2), PAIR(3), PAIR(4), PAIR(5), PAIR(6), PAIR(7)};

@@ -36,9 +36,11 @@ static void compare_with_golden(void **state)
                 assert_int_equal(system(command), 0);
             }
             struct picture a = picture_read(ours), b = picture_read(golden);
-            double psnr = picture_psnr(picture_mse(&a, &b, 0, 0, 1e9));
-            /* Instruction sets round differently, and a hit that moves over an edge moves a pixel. */
-            if (psnr < 38) fail_msg("%s (%s): %.1f dB from its golden picture", cases[c].name, isas[i], psnr);
+            double psnr = picture_psnr(picture_mse(&a, &b, 0, 0, 1e9)), mean = picture_difference(&a, &b);
+            print_message("%s (%s): %.1f dB, mean difference %.2f of 255\n", cases[c].name, isas[i], psnr, mean);
+            /* Compilers and instruction sets round differently: a hit that moves over the edge of a leaf
+             * changes a pixel for good, but there are few of them. */
+            if (psnr < 40 || mean > 0.1) fail_msg("%s (%s) is not its golden picture", cases[c].name, isas[i]);
             free(a.rgb);
             free(b.rgb);
         }

@@ -46,6 +46,15 @@ static inline double picture_mse(const struct picture *a, const struct picture *
     return n > 0 ? sum / n : 0;
 }
 
+/* Mean absolute difference of the channels, 0..255. */
+static inline double picture_difference(const struct picture *a, const struct picture *b)
+{
+    double sum = 0;
+    int n = 3 * a->width * a->height;
+    for (int i = 0; i < n; i++) sum += abs(a->rgb[i] - b->rgb[i]);
+    return sum / n;
+}
+
 static inline double picture_psnr(double mse)
 {
     return mse > 0 ? 10 * log10(255.0 * 255.0 / mse) : 100;
