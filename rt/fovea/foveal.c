@@ -101,15 +101,17 @@ const float *fv_noise(void)
 {
     static float mask[CELLS];
     static bool made;
-    if (!made) make(mask);
-    made = true;
+    if (!made) {
+        make(mask);
+        made = true;
+    }
     return mask;
 }
 
-float fv_noise_threshold(int x, int y, int64_t frame)
+float fv_noise_threshold(const float *noise, int x, int y, int64_t frame)
 {
     /* The shift in 32-bit fixed point: exact however many frames have passed. */
     uint32_t shift = (uint32_t)frame * 2654435769u;
-    uint32_t value = (uint32_t)(fv_noise()[(y & (SIZE - 1)) * SIZE + (x & (SIZE - 1))] * 4294967296.0f);
+    uint32_t value = (uint32_t)(noise[(y & (SIZE - 1)) * SIZE + (x & (SIZE - 1))] * 4294967296.0f);
     return (float)((value + shift) >> 8) * 0x1p-24f;
 }

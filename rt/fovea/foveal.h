@@ -23,11 +23,11 @@ float fv_foveal_probability(const struct fv_foveal *foveal, float eccentricity_d
 float fv_eccentricity_deg(const struct fv_view *view, float x, float y);
 
 /* The blue-noise mask: every value (k + 0.5) / 4096 once, void-and-cluster (Ulichney 1993).
- * Made on the first call (start-up), the same on every machine. */
+ * Made on the first call, which is start-up's, on one thread; the same on every machine. */
 const float *fv_noise(void);
 
-/* Threshold of cell (x, y) in a frame: the mask shifted by the golden ratio each frame, so that
+/* Threshold of cell (x, y) in a frame: the mask `noise` shifted by the golden ratio each frame, so that
  * over time each cell's thresholds are spread evenly too. In [0, 1). */
-float fv_noise_threshold(int x, int y, int64_t frame);
+float fv_noise_threshold(const float *noise, int x, int y, int64_t frame);
 
 #endif

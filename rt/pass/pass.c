@@ -34,7 +34,7 @@ uint64_t fv_tile_inside(const struct fv_frame *f, const struct fv_tile *tile)
 float fv_tile_threshold(const struct fv_frame *f, const struct fv_tile *tile, int block)
 {
     int x = tile->x0 / FV_BLOCK + block % FV_BLOCKS, y = tile->y0 / FV_BLOCK + block / FV_BLOCKS;
-    return fv_noise_threshold(x + 29 * tile->eye, y + 37 * tile->eye, f->number);
+    return fv_noise_threshold(f->tracer->noise, x + 29 * tile->eye, y + 37 * tile->eye, f->number);
 }
 
 void fv_tile_place(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)

@@ -78,7 +78,7 @@ static void blue_noise(void **state)
     for (int cell = 0; cell < 64; cell += 7) {
         int drawn = 0;
         for (int64_t frame = 1000000000000; frame < 1000000001000; frame++)
-            drawn += fv_noise_threshold(cell, 3 * cell, frame) < 0.05f;
+            drawn += fv_noise_threshold(mask, cell, 3 * cell, frame) < 0.05f;
         assert_in_range(drawn, 48, 52);
     }
 }
