@@ -24,6 +24,7 @@ const struct fv_column fv_columns[FV_COLUMNS] = {
     [FV_COLUMN_GAZE + 1] = {"gaze_left_y_px", FV_COLUMN_FLOAT, AT(gaze_px[0][1])},
     [FV_COLUMN_GAZE + 2] = {"gaze_right_x_px", FV_COLUMN_FLOAT, AT(gaze_px[1][0])},
     [FV_COLUMN_GAZE + 3] = {"gaze_right_y_px", FV_COLUMN_FLOAT, AT(gaze_px[1][1])},
+    [FV_COLUMN_GAZE_LATENCY] = {"gaze_latency_ms", FV_COLUMN_FLOAT, AT(gaze_latency_ms)},
     [FV_COLUMN_MISSED] = {"missed", FV_COLUMN_BOOL, AT(missed)},
     [FV_COLUMN_CUT] = {"cut", FV_COLUMN_BOOL, AT(cut)},
 };

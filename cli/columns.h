@@ -25,7 +25,8 @@ enum fv_column_name {
     FV_COLUMN_MARCH_STEPS,
     FV_COLUMN_SAMPLED,
     FV_COLUMN_GAZE, /* left x y, right x y */
-    FV_COLUMN_MISSED = FV_COLUMN_GAZE + 4,
+    FV_COLUMN_GAZE_LATENCY = FV_COLUMN_GAZE + 4,
+    FV_COLUMN_MISSED,
     FV_COLUMN_CUT,
     FV_COLUMNS
 };

@@ -1,5 +1,6 @@
 /* run: the main job: frames from sensors to the display, then the session's report. */
 #include "cli/cli.h"
+#include "cli/columns.h"
 #include "cli/record.h"
 #include "cli/report.h"
 
@@ -8,10 +9,8 @@
 #include "platform/log.h"
 #include "sensors/sensors.h"
 
-#include <math.h>
 #include <signal.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { RECORDS_UNBOUNDED = 100000 }; /* frames kept when none are named */
@@ -25,6 +24,7 @@ struct run {
     bool pictured;      /* `picture` holds a frame */
     int64_t frames;     /* asked for; -1: until a signal */
     int64_t shown_ns;   /* when the progress line was last written */
+    float gaze_latency_ms; /* of the newest latch */
     int exit_code;
 };
 
@@ -46,6 +46,7 @@ static void latch(void *context, int64_t t_ns, struct fv_pose *head, double gaze
     fv_path_pose(&r->setup.config.scene_path, r->setup.config.scene_path_seconds, t_ns, &stand);
     fv_pose_compose(&stand, &relative, head);
     memcpy(gaze, g.direction, sizeof g.direction);
+    r->gaze_latency_ms = (float)((double)(t_ns - g.t_ns) * 1e-6);
     *uncertainty_deg = g.uncertainty_deg;
 }
 
@@ -73,6 +74,7 @@ static bool after(void *context, const struct fv_session *s, const struct fv_fra
 {
     struct run *r = context;
     int64_t now_ns = fv_clock_now_ns(&fv_clock_monotonic);
+    if (s->frames <= s->capacity) s->record[s->frames - 1].gaze_latency_ms = r->gaze_latency_ms;
     if (now_ns - r->shown_ns > 100000000 && fv_log_is_terminal()) {
         char of[32] = "";
         r->shown_ns = now_ns;
@@ -100,6 +102,11 @@ static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error 
     return 0;
 }
 
+static double percentile(const struct fv_session *s, enum fv_column_name column, double percent)
+{
+    return fv_column_percentile(s, &fv_columns[column], 0, fv_recorded(s), percent);
+}
+
 static void fill_session(struct run *r)
 {
     struct fv_session *s = &r->setup.session;
@@ -108,6 +115,7 @@ static void fill_session(struct run *r)
     s->gaze_lost = counts.gaze_lost;
     s->imu_samples = counts.imu_samples;
     s->imu_rejected = counts.imu_rejected;
+    s->gaze_latency_ms_p50 = percentile(s, FV_COLUMN_GAZE_LATENCY, 50);
     s->heap_calls = fv_heap_calls();
     s->memory_syscalls = fv_heap_system_calls();
 }
@@ -138,24 +146,13 @@ static void write_reports(struct run *r, const char *out)
     note(r, fv_trace_write(r->setup.loop.trace, path, &error), &error);
 }
 
-static int compare_floats(const void *a, const void *b)
-{
-    float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 /* The closing lines: what was done and where to look. */
 static void summarise(const struct run *r, const char *out)
 {
-    static float ms[RECORDS_UNBOUNDED];
     const struct fv_session *s = &r->setup.session;
-    int n = (int)(s->frames < s->capacity ? s->frames : s->capacity);
-    if (n > RECORDS_UNBOUNDED) n = RECORDS_UNBOUNDED;
-    for (int i = 0; i < n; i++) ms[i] = s->record[i].frame_ms;
-    qsort(ms, (size_t)n, sizeof ms[0], compare_floats);
     fv_log("%lld frames of %s with %s: p50 %.1f ms, p99 %.1f ms, %.1f ms allowed, %lld missed; report in %s/report.html",
-           (long long)s->frames, s->scene, s->method, n ? (double)ms[n / 2] : 0.0, n ? (double)ms[(n * 99) / 100] : 0.0,
-           s->period_ms, (long long)s->missed, out);
+           (long long)s->frames, s->scene, s->method, percentile(s, FV_COLUMN_FRAME_MS, 50),
+           percentile(s, FV_COLUMN_FRAME_MS, 99), s->period_ms, (long long)s->missed, out);
 }
 
 int fv_verb_run(const struct fv_arguments *a)

@@ -21,6 +21,7 @@ struct fv_frame_record {
     int64_t rays[FV_RAY_KINDS];
     float sampled_fraction;       /* primary samples over pixels */
     float gaze_px[2][2];          /* gaze in each eye's picture, x y */
+    float gaze_latency_ms;        /* from the gaze sample's time to the latch */
     bool missed, cut;
 };
 

@@ -178,11 +178,13 @@ void reproject(struct fv_reproject_tile *t)
 {
     struct row row;
     int missing[FV_BLOCKS] = {0};
+    /* Pixels of the tile beyond the picture's edge miss nothing. */
+    uint32_t columns = t->width - t->x0 >= FV_TILE ? ~0u : (1u << (t->width - t->x0)) - 1;
     t->failed = t->edges = 0;
     for (int y = 0; y < FV_TILE; y++) {
         float py = (float)(t->y0 + y) + 0.5f;
         int64_t out = (int64_t)(t->y0 + y) * t->stride + t->x0;
-        uint32_t filled = 0, edge = 0;
+        uint32_t filled = 0, edge = 0, inside = t->y0 + y < t->height ? columns : 0;
         spread(t, py, &row);
         for (int x = 0; x < FV_TILE; x += FV_WIDTH) {
             unsigned edge_lanes;
@@ -191,7 +193,7 @@ void reproject(struct fv_reproject_tile *t)
         }
         for (int b = 0; b < FV_BLOCKS; b++)
             t->edges |= (uint64_t)((edge >> (FV_BLOCK * b) & 15) != 0) << (y / FV_BLOCK * FV_BLOCKS + b);
-        for (int b = 0; b < FV_BLOCKS; b++) missing[b] += __builtin_popcount(filled >> (FV_BLOCK * b) & 15);
+        for (int b = 0; b < FV_BLOCKS; b++) missing[b] += __builtin_popcount((filled & inside) >> (FV_BLOCK * b) & 15);
         if (y % FV_BLOCK != FV_BLOCK - 1) continue;
         for (int b = 0; b < FV_BLOCKS; b++) {
             t->failed |= (uint64_t)(missing[b] >= FV_BLOCK) << (y / FV_BLOCK * FV_BLOCKS + b);

@@ -129,6 +129,49 @@ static void help_knows_every_key(void **state)
     }
 }
 
+/* The kernel's own word on it: no memory call between the first picture and the end. */
+static void no_memory_call_after_the_seal(void **state)
+{
+    (void)state;
+    char command[1024], path[128];
+    static char calls[1 << 20];
+#ifndef FV_HEAP
+    skip(); /* the sanitizers bring a heap of their own */
+#endif
+    snprintf(command, sizeof command,
+             "cd %s && strace -f -e trace=%%memory,openat -o calls %s run %s --frames 6 --out traced 2>/dev/null",
+             program_folder(), FV_PROGRAM, SMALL);
+    if (system("strace -o /dev/null true 2>/dev/null") != 0) {
+        print_message("strace cannot trace here: skipped\n");
+        skip();
+    }
+    assert_int_equal(system(command), 0);
+    snprintf(path, sizeof path, "%s/calls", program_folder());
+    program_slurp(path, calls, sizeof calls);
+    char *after = strstr(calls, "left-00000.png");
+    assert_non_null(after);
+    assert_non_null(strstr(after, "left-00005.png"));
+    static const char *const memory[] = {"mmap", "munmap", "brk", "madvise", "mprotect", "mremap", "mlock"};
+    for (unsigned i = 0; i < sizeof memory / sizeof memory[0]; i++)
+        if (strstr(after, memory[i])) fail_msg("%s after the seal", memory[i]);
+}
+
+/* README's table of settings is the program's. */
+static void readme_lists_every_setting(void **state)
+{
+    (void)state;
+    static char readme[1 << 20];
+    char row[1024];
+    program_slurp(FV_SOURCE_DIR "/README.md", readme, sizeof readme);
+    for (int i = 0; i < fv_keys_count; i++) {
+        const struct fv_key *k = &fv_keys[i];
+        snprintf(row, sizeof row, "| `%s.%s` | %s%s%s |", k->section, k->name, k->initial[0] ? "`" : "", k->initial,
+                 k->initial[0] ? "`" : "");
+        if (!strstr(readme, row)) fail_msg("README.md lacks the row: %s", row);
+        if (!strstr(readme, k->help)) fail_msg("README.md lacks: %s", k->help);
+    }
+}
+
 /* A disk that fills up while a run writes: an error value, not a crash; the run ends by itself. */
 static void full_disk_ends_pictures_not_the_run(void **state)
 {
@@ -150,6 +193,7 @@ int main(void)
         cmocka_unit_test(bad_input_ends_with_2_and_one_line),  cmocka_unit_test(a_run_leaves_all_its_files),
         cmocka_unit_test(y4m_goes_to_standard_output), cmocka_unit_test(plans_differ_by_scene),
         cmocka_unit_test(help_knows_every_key),        cmocka_unit_test(full_disk_ends_pictures_not_the_run),
+        cmocka_unit_test(no_memory_call_after_the_seal), cmocka_unit_test(readme_lists_every_setting),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }

@@ -327,7 +327,7 @@ static void csv_has_a_row_a_frame(void **unused)
     static const char header[] =
         "frame,t_ns,frame_ms,cpu_ms,stage_latch_ms,stage_a_b__c_ms,stage_reproject_ms,stage_shade_ms,"
         "stage_present_ms,level,r0_deg,r1_deg,p_min,rays_primary,rays_shadow,rays_secondary,rays_march_steps,"
-        "sampled_fraction,gaze_left_x_px,gaze_left_y_px,gaze_right_x_px,gaze_right_y_px,missed,cut\n";
+        "sampled_fraction,gaze_left_x_px,gaze_left_y_px,gaze_right_x_px,gaze_right_y_px,gaze_latency_ms,missed,cut\n";
     make_session(500, RECORDS);
     session.stage[1] = "a,b\"\nc";
     records[0] = (struct fv_frame_record){.frame = 41,
@@ -343,9 +343,9 @@ static void csv_has_a_row_a_frame(void **unused)
     char *text = text_of("frames.csv");
     assert_memory_equal(text, header, sizeof header - 1);
     assert_int_equal(count_of(text, "\n"), 501);
-    assert_int_equal(count_of(text, ","), 501 * 23);
+    assert_int_equal(count_of(text, ","), 501 * 24);
     const char *first =
-        "\n41,9007199254740993,,1.5,0.1,,0,0,0,-2,0,0,0.05,9223372036854775807,1,2,3,0,0,0,0,0,1,0\n";
+        "\n41,9007199254740993,,1.5,0.1,,0,0,0,-2,0,0,0.05,9223372036854775807,1,2,3,0,0,0,0,0,0,1,0\n";
     assert_memory_equal(text + sizeof header - 2, first, strlen(first));
     free(text);
 }
