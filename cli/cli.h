@@ -18,7 +18,17 @@ struct fv_arguments {
     const char *operand; /* what stands behind the verb without an option, NULL */
 };
 
-/* Each returns an exit code. */
+/* A verb: what parses it and what help prints. */
+struct fv_verb {
+    const char *name;
+    int (*run)(const struct fv_arguments *arguments); /* returns an exit code */
+    const char *options; /* the options it takes, each followed by a space */
+    bool operand;        /* takes a word without an option */
+    const char *usage, *what;
+};
+extern const struct fv_verb fv_verbs[];
+extern const int fv_verbs_count;
+
 int fv_verb_run(const struct fv_arguments *arguments);
 int fv_verb_replay(const struct fv_arguments *arguments);
 int fv_verb_plan(const struct fv_arguments *arguments);

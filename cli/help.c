@@ -15,16 +15,16 @@ static void print_key(struct fv_writer *out, const struct fv_key *k)
     fv_writer_print(out, "\n      %s\n", k->help);
 }
 
+static void print_verb(struct fv_writer *out, const struct fv_verb *v)
+{
+    fv_writer_print(out, "  %-25s %s\n", v->usage, v->what);
+}
+
 static void print_overview(struct fv_writer *out)
 {
-    fv_writer_print(out,
-        "usage: foveola VERB [--config FILE.ini]... [--set section.key=value]... [--out DIR]\n\n"
-        "  run [--frames N]   the frame loop; until N frames, SIGINT or SIGTERM; report in --out (default: out)\n"
-        "  replay DIR         runs a recorded session again; the same pictures\n"
-        "  plan               what this scene and method need, what is left out and why; no frame is run\n"
-        "  help [VERB|KEY]    this; `help SECTION` lists its settings, `help SECTION.KEY` one\n"
-        "  version            the version\n\n"
-        "methods:\n");
+    fv_writer_print(out, "usage: foveola VERB [--config FILE.ini]... [--set section.key=value]... [--out DIR]\n\n");
+    for (int i = 0; i < fv_verbs_count; i++) print_verb(out, &fv_verbs[i]);
+    fv_writer_print(out, "\nmethods:\n");
     for (int n = 0; fv_method_at(n); n++)
         fv_writer_print(out, "  %-10s %s\n", fv_method_at(n)->name, fv_method_at(n)->what);
     static const char *const kinds[][2] = {{"headsets", "display.headset"}, {"scenes", "scene.name"}, {"boards", "--config config/boards/"}};
@@ -44,19 +44,13 @@ int fv_verb_help(const struct fv_arguments *arguments)
     static struct fv_writer out;
     struct fv_error error;
     const char *topic = arguments->operand;
-    const struct fv_key *key = topic ? fv_key_find(topic) : NULL;
-    bool found = key != NULL;
     if (fv_writer_open(&out, "-", &error)) return FV_EXIT_NOT_HELD;
-    if (key) print_key(&out, key);
-    for (int i = 0; topic && !key && i < fv_keys_count; i++)
-        if (strcmp(fv_keys[i].section, topic) == 0) {
-            print_key(&out, &fv_keys[i]);
-            found = true;
-        }
-    static const char *const verbs[] = {"run", "replay", "plan", "help", "version"};
-    for (unsigned i = 0; topic && i < sizeof verbs / sizeof verbs[0]; i++) found |= strcmp(topic, verbs[i]) == 0;
-    if (!topic || (found && !key && !fv_key_find(topic) && out.used == 0)) print_overview(&out);
-    if (topic && !found) {
+    if (!topic) print_overview(&out);
+    for (int i = 0; topic && i < fv_verbs_count; i++)
+        if (strcmp(fv_verbs[i].name, topic) == 0) print_verb(&out, &fv_verbs[i]);
+    for (int i = 0; topic && i < fv_keys_count; i++)
+        if (strcmp(fv_keys[i].section, topic) == 0 || fv_key_find(topic) == &fv_keys[i]) print_key(&out, &fv_keys[i]);
+    if (topic && out.used == 0) {
         fv_log("help: '%s' is no verb, section or key; 'foveola help' lists them", topic);
         return FV_EXIT_UNUSABLE;
     }

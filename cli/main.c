@@ -8,19 +8,17 @@
 #include <string.h>
 #include <unistd.h>
 
-static const struct {
-    const char *name;
-    int (*run)(const struct fv_arguments *arguments);
-    const char *options; /* the options it takes, each followed by a space */
-    bool operand;
-} verbs[] = {
-    {"run", fv_verb_run, "--config --set --out --frames ", false},
-    {"replay", fv_verb_replay, "--config --set --out --frames ", true},
-    {"plan", fv_verb_plan, "--config --set --frames ", false},
-    {"help", fv_verb_help, "", true},
-    {"version", fv_verb_version, "", false},
+const struct fv_verb fv_verbs[] = {
+    {"run", fv_verb_run, "--config --set --out --frames ", false, "run [--frames N]",
+     "the frame loop; until N frames, SIGINT or SIGTERM; report in --out (default: out)"},
+    {"replay", fv_verb_replay, "--config --set --out --frames ", true, "replay DIR",
+     "runs a recorded session again; the same bytes of every picture"},
+    {"plan", fv_verb_plan, "--config --set --frames ", false, "plan",
+     "what this scene and method need, what is left out and why; no frame is run"},
+    {"help", fv_verb_help, "", true, "help [VERB|SECTION|KEY]", "this; the settings of a section; one setting"},
+    {"version", fv_verb_version, "", false, "version", "the version"},
 };
-enum { VERBS = sizeof verbs / sizeof verbs[0] };
+const int fv_verbs_count = sizeof fv_verbs / sizeof fv_verbs[0];
 
 static int unusable(const char *format, const char *what)
 {
@@ -62,13 +60,13 @@ static int read_arguments(int verb, int count, char **text, struct fv_arguments 
         char name[16] = "";
         const char *value = strchr(text[i], '=');
         if (strncmp(text[i], "--", 2) != 0) {
-            if (!verbs[verb].operand || a->operand) return unusable("'%s': not expected here; see 'foveola help'", text[i]);
+            if (!fv_verbs[verb].operand || a->operand) return unusable("'%s': not expected here; see 'foveola help'", text[i]);
             a->operand = text[i];
             continue;
         }
         size_t length = value ? (size_t)(value - text[i]) : strlen(text[i]);
         if (length < sizeof name) memcpy(name, text[i], length);
-        if (!name[0] || !takes(verbs[verb].options, name))
+        if (!name[0] || !takes(fv_verbs[verb].options, name))
             return unusable("%s: this verb has no such option; see 'foveola help'", text[i]);
         if (value) value++;
         else if (++i < count) value = text[i];
@@ -84,12 +82,12 @@ static int run_verb(int count, char **text)
     const char *verb = count > 1 ? text[1] : "help";
     if (strcmp(verb, "--help") == 0 || strcmp(verb, "-h") == 0) verb = "help";
     if (strcmp(verb, "--version") == 0) verb = "version";
-    for (int i = 0; i < VERBS; i++) {
-        if (strcmp(verb, verbs[i].name) != 0) continue;
+    for (int i = 0; i < fv_verbs_count; i++) {
+        if (strcmp(verb, fv_verbs[i].name) != 0) continue;
         if (count > 2 && read_arguments(i, count - 2, text + 2, &arguments)) return FV_EXIT_UNUSABLE;
-        return verbs[i].run(&arguments);
+        return fv_verbs[i].run(&arguments);
     }
-    fv_log("'%s' is no verb; there are: run replay plan help version", verb);
+    fv_log("'%s' is no verb; 'foveola help' lists them", verb);
     return FV_EXIT_UNUSABLE;
 }
 
