@@ -4,9 +4,11 @@
 #define FV_CLI_CLI_H
 
 #include "config/config.h"
+#include "display/display.h"
 #include "platform/files.h"
 #include "rt/frame/loop.h"
 #include "rt/frame/path.h"
+#include "sensors/sensors.h"
 
 /* Exit codes, fixed: scripts depend on them. */
 enum { FV_EXIT_DONE = 0, FV_EXIT_NOT_HELD = 1, FV_EXIT_UNUSABLE = 2, FV_EXIT_DEVICE = 3 };
@@ -44,12 +46,16 @@ struct fv_setup {
     struct fv_plan plan;
     struct fv_session session;
     struct fv_loop loop;
+    struct fv_sensors *sensors;
+    struct fv_png *png; /* for the report's pictures; NULL where no sink takes pictures */
 };
 
 /* Settings, scene, tracer and plan. Returns 0, or -1 with the error set. */
 int fv_setup_open(struct fv_setup *setup, const struct fv_config_request *request, struct fv_error *error);
 
-/* Workers, buffers and records for `frames` frames at most. */
-void fv_setup_loop(struct fv_setup *setup, int64_t frames);
+/* Sensors, workers, buffers and records: all the memory that a run of `frames` frames (-1: no end)
+ * takes, but for its sink's. Records are kept of the first FV_RECORDS_MAX frames. */
+enum { FV_RECORDS_MAX = 100000 };
+int fv_setup_take(struct fv_setup *setup, int64_t frames, struct fv_error *error);
 
 #endif

@@ -34,11 +34,10 @@ int fv_verb_plan(const struct fv_arguments *arguments)
     static struct fv_setup setup;
     static struct fv_writer out;
     struct fv_error error;
-    if (fv_setup_open(&setup, &arguments->request, &error)) {
+    if (fv_setup_open(&setup, &arguments->request, &error) || fv_setup_take(&setup, arguments->frames, &error)) {
         fv_log("%s", error.text);
         return FV_EXIT_UNUSABLE;
     }
-    fv_setup_loop(&setup, arguments->frames > 0 ? arguments->frames : 1);
     if (fv_writer_open(&out, "-", &error)) return FV_EXIT_NOT_HELD;
     print_plan(&setup, &out);
     return fv_writer_close(&out, &error) ? FV_EXIT_NOT_HELD : FV_EXIT_DONE;

@@ -5,9 +5,10 @@
 #include "sensors/tape.h"
 
 #include <string.h>
+#include <unistd.h>
 
 static struct fv_writer head_file, gaze_file;
-static bool recording;
+static bool opened, recording;
 
 static int write_settings(const struct fv_config *config, const char *folder, struct fv_error *error)
 {
@@ -22,18 +23,14 @@ static int write_settings(const struct fv_config *config, const char *folder, st
         const struct fv_key *k = &fv_keys[i];
         if (strcmp(section, k->section) != 0) fv_writer_print(&out, "[%s]\n", section = k->section);
         fv_config_text(config, k, value, sizeof value);
-        if (k->kind == FV_KEY_LIST) {
-            /* One row a line: lines of settings files are short. */
-            fv_writer_print(&out, "%s =", k->name);
-            for (char *row = value; row; ) {
-                char *next = strstr(row, ", ");
-                if (next) *next = 0;
-                fv_writer_print(&out, " %s\n%s", row, next ? "   " : "");
-                row = next ? next + 2 : NULL;
-            }
-        } else {
-            fv_writer_print(&out, "%s = %s\n", k->name, value);
+        fv_writer_print(&out, "%s = ", k->name);
+        /* Lists go on over indented lines: lines of settings files are short. */
+        int words = 0;
+        for (const char *c = value; *c; c++) {
+            bool next_line = k->kind == FV_KEY_LIST && *c == ' ' && ++words % 4 == 0;
+            fv_writer_bytes(&out, next_line ? "\n   " : c, next_line ? 4 : 1);
         }
+        fv_writer_print(&out, "\n");
     }
     return fv_writer_close(&out, error);
 }
@@ -45,15 +42,27 @@ static int open_one(struct fv_writer *writer, const char *folder, const char *na
     return fv_writer_open(writer, path, error);
 }
 
+/* Removes what an earlier run left under this name. */
+static void remove_old(const char *folder, const char *name)
+{
+    char path[FV_PATH_MAX];
+    if (fv_path_join(path, folder, name) == 0) unlink(path);
+}
+
 int fv_record_open(const struct fv_config *config, const char *out, struct fv_error *error)
 {
     char folder[FV_PATH_MAX];
     if (fv_path_join(folder, out, "tape")) return fv_error_set(error, "%s: path too long", out);
-    if (fv_folder_make(folder, error) || write_settings(config, folder, error)) return -1;
+    if (fv_folder_make(folder, error)) return -1;
     if (open_one(&head_file, folder, "head.csv", error) || open_one(&gaze_file, folder, "gaze.csv", error)) return -1;
+    /* Nothing of an older recording may stand beside this one. */
+    remove_old(folder, "frames");
+    remove_old(folder, "head.csv");
+    remove_old(folder, "gaze.csv");
+    if (write_settings(config, folder, error)) return -1;
     fv_tape_begin_head(&head_file);
     fv_tape_begin_gaze(&gaze_file);
-    recording = true;
+    recording = opened = true;
     return 0;
 }
 
@@ -67,16 +76,26 @@ void fv_record_latch(int64_t t_ns, const struct fv_pose *head, const struct fv_g
     fv_tape_write_gaze(&gaze_file, &g);
     if (!head_file.failed && !gaze_file.failed) return;
     recording = false;
-    fv_log("tape: %s: recording ends here", strerror(head_file.failed ? head_file.failed : gaze_file.failed));
+    fv_log("tape: %s: recording ends here, the run goes on", strerror(head_file.failed ? head_file.failed : gaze_file.failed));
+}
+
+/* A file that could not be written whole keeps what fitted: a tape may end anywhere. */
+static int close_one(struct fv_writer *writer, struct fv_error *error)
+{
+    bool cut = writer->failed != 0;
+    if (cut) writer->failed = 0, writer->used = 0;
+    return fv_writer_close(writer, error) || cut ? -1 : 0;
 }
 
 int fv_record_close(int64_t frames, const char *out, struct fv_error *error)
 {
     static struct fv_writer count;
     char path[FV_PATH_MAX];
-    if (!recording) return 0;
-    recording = false;
-    if (fv_writer_close(&head_file, error) || fv_writer_close(&gaze_file, error)) return -1;
+    if (!opened) return 0;
+    opened = recording = false;
+    int head_cut = close_one(&head_file, error), gaze_cut = close_one(&gaze_file, error);
+    if (head_cut || gaze_cut)
+        return fv_error_set(error, "%s/tape: the recording is not whole: it can be used as a tape, not replayed", out);
     if (fv_path_join(path, out, "tape/frames")) return fv_error_set(error, "%s: path too long", out);
     if (fv_writer_open(&count, path, error)) return -1;
     fv_writer_print(&count, "%lld\n", (long long)frames);

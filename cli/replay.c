@@ -5,6 +5,8 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
 
 /* The number of frames that were recorded, -1 where it is not there. */
 static int64_t recorded_frames(const char *folder, struct fv_error *error)
@@ -13,10 +15,17 @@ static int64_t recorded_frames(const char *folder, struct fv_error *error)
     size_t size;
     if (fv_path_join(path, folder, "tape/frames")) return fv_error_set(error, "%s: path too long", folder);
     if (fv_file_read(path, 64, &text, &size, error)) return -1;
-    long long frames = strtoll(text, NULL, 10);
+    char *end;
+    long long frames = strtoll(text, &end, 10);
+    bool good = end != text && end[strspn(end, " \n")] == 0 && frames >= 1;
     free(text);
-    if (frames < 0) return fv_error_set(error, "%s: not a number of frames", path);
-    return frames;
+    return good ? frames : fv_error_set(error, "%s: not a number of frames", path);
+}
+
+static bool same_folder(const char *a, const char *b)
+{
+    struct stat sa, sb;
+    return stat(a, &sa) == 0 && stat(b, &sb) == 0 && sa.st_dev == sb.st_dev && sa.st_ino == sb.st_ino;
 }
 
 int fv_verb_replay(const struct fv_arguments *arguments)
@@ -29,7 +38,11 @@ int fv_verb_replay(const struct fv_arguments *arguments)
         return FV_EXIT_UNUSABLE;
     }
     int64_t frames = recorded_frames(a.operand, &error);
-    if (frames < 0 || fv_path_join(settings, a.operand, "tape/settings.ini")) {
+    if (frames >= 0 && fv_path_join(settings, a.operand, "tape/settings.ini"))
+        frames = fv_error_set(&error, "%s: path too long", a.operand);
+    if (frames >= 0 && same_folder(a.operand, a.out))
+        frames = fv_error_set(&error, "replay: --out %s is the recording itself: name another folder", a.out);
+    if (frames < 0) {
         fv_log("%s", error.text);
         return FV_EXIT_UNUSABLE;
     }

@@ -13,13 +13,9 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { RECORDS_UNBOUNDED = 100000 }; /* frames kept when none are named */
-
 struct run {
     struct fv_setup setup;
-    struct fv_sensors *sensors;
     struct fv_display *display;
-    struct fv_png *png; /* for the report's pictures */
     struct fv_picture picture;
     bool pictured;      /* `picture` holds a frame */
     int64_t frames;     /* asked for; -1: until a signal */
@@ -41,7 +37,7 @@ static void latch(void *context, int64_t t_ns, struct fv_pose *head, double gaze
     struct run *r = context;
     struct fv_pose stand, relative;
     struct fv_gaze g;
-    fv_sensors_latch(r->sensors, t_ns, &relative, &g);
+    fv_sensors_latch(r->setup.sensors, t_ns, &relative, &g);
     fv_record_latch(t_ns, &relative, &g);
     fv_path_pose(&r->setup.config.scene_path, r->setup.config.scene_path_seconds, t_ns, &stand);
     fv_pose_compose(&stand, &relative, head);
@@ -86,18 +82,15 @@ static bool after(void *context, const struct fv_session *s, const struct fv_fra
     return !stopped;
 }
 
-/* All that a run needs before the first frame; nothing is written before the rest is known to work. */
+/* All that a run needs before the first frame; OUT is made once all that it does not hold is there. */
 static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error *error)
 {
     struct fv_config *c = &r->setup.config;
     if (fv_setup_open(&r->setup, &a->request, error)) return -1;
-    if (fv_sensors_open(&r->sensors, c, error)) return -1;
     r->frames = a->frames;
-    fv_setup_loop(&r->setup, r->frames > 0 ? r->frames : RECORDS_UNBOUNDED);
-    if (fv_folder_make(a->out, error)) return -1;
+    if (fv_setup_take(&r->setup, r->frames, error)) return -1;
     if (fv_display_open(&r->display, c, a->out, error)) return -1;
-    if (strcmp(c->display_sink, "none") != 0)
-        r->png = fv_png_open((int)c->display_width, (int)c->display_height);
+    if (fv_folder_make(a->out, error)) return -1;
     if (strcmp(c->output_tape, "on") == 0 && fv_record_open(c, a->out, error)) return -1;
     return 0;
 }
@@ -110,7 +103,7 @@ static double percentile(const struct fv_session *s, enum fv_column_name column,
 static void fill_session(struct run *r)
 {
     struct fv_session *s = &r->setup.session;
-    struct fv_sensors_counts counts = fv_sensors_counts(r->sensors);
+    struct fv_sensors_counts counts = fv_sensors_counts(r->setup.sensors);
     s->gaze_samples = counts.gaze_samples;
     s->gaze_lost = counts.gaze_lost;
     s->imu_samples = counts.imu_samples;
@@ -141,7 +134,7 @@ static void write_reports(struct run *r, const char *out)
     snprintf(path, sizeof path, "%s/frames.csv", out);
     note(r, fv_report_csv(s, path, &error), &error);
     snprintf(path, sizeof path, "%s/report.html", out);
-    note(r, fv_report_html(s, c, r->pictured ? &r->picture : NULL, r->png, path, &error), &error);
+    note(r, fv_report_html(s, c, r->pictured ? &r->picture : NULL, r->setup.png, path, &error), &error);
     snprintf(path, sizeof path, "%s/trace.json", out);
     note(r, fv_trace_write(r->setup.loop.trace, path, &error), &error);
 }
@@ -153,6 +146,7 @@ static void summarise(const struct run *r, const char *out)
     fv_log("%lld frames of %s with %s: p50 %.1f ms, p99 %.1f ms, %.1f ms allowed, %lld missed; report in %s/report.html",
            (long long)s->frames, s->scene, s->method, percentile(s, FV_COLUMN_FRAME_MS, 50),
            percentile(s, FV_COLUMN_FRAME_MS, 99), s->period_ms, (long long)s->missed, out);
+    if (s->frames > s->capacity) fv_log("frame times, frames.csv and the plots are of the first %lld frames", (long long)s->capacity);
 }
 
 int fv_verb_run(const struct fv_arguments *a)

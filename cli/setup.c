@@ -30,9 +30,14 @@ int fv_setup_open(struct fv_setup *s, const struct fv_config_request *request, s
     return 0;
 }
 
-void fv_setup_loop(struct fv_setup *s, int64_t frames)
+int fv_setup_take(struct fv_setup *s, int64_t frames, struct fv_error *error)
 {
-    int count = s->config.threads_workers ? (int)s->config.threads_workers : fv_threads_cores();
-    fv_workers_start(&s->workers, count, strcmp(s->config.threads_pin, "on") == 0);
-    fv_loop_open(&s->loop, &s->config, &s->plan, &s->tracer, &s->workers, &s->session, frames);
+    const struct fv_config *c = &s->config;
+    if (fv_sensors_open(&s->sensors, c, error)) return -1;
+    int count = c->threads_workers ? (int)c->threads_workers : fv_threads_cores();
+    fv_workers_start(&s->workers, count, strcmp(c->threads_pin, "on") == 0);
+    int64_t records = frames > 0 && frames < FV_RECORDS_MAX ? frames : FV_RECORDS_MAX;
+    fv_loop_open(&s->loop, c, &s->plan, &s->tracer, &s->workers, &s->session, records);
+    if (s->plan.present) s->png = fv_png_open((int)c->display_width, (int)c->display_height);
+    return 0;
 }

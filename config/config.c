@@ -27,7 +27,7 @@ const struct fv_key fv_keys[] = {
     {#section, #name, FV_KEY_LIST, unit, 0, 0, columns, initial, help, OFFSET(section, name)},
 #include "config/keys.def"
 };
-enum { KEYS = sizeof fv_keys / sizeof fv_keys[0] };
+enum { KEYS = sizeof fv_keys / sizeof fv_keys[0], TEXT_LONGEST = 160 };
 const int fv_keys_count = KEYS;
 
 static char origins[KEYS][160];
@@ -38,7 +38,8 @@ struct reading {
     struct fv_error *error;
     const char *source, *text; /* text: what is left of it */
     int line;
-    bool failed, long_line;
+    bool failed;
+    const struct fv_key *open_list; /* its last row is not complete yet */
     bool seen[KEYS]; /* lists: a second line of the same key appends */
 };
 
@@ -77,7 +78,7 @@ static int fail(struct reading *r, const char *format, ...)
 
 static bool has_word(const char *words, const char *word)
 {
-    size_t n = strlen(word);
+    size_t n = strchr(word, '|') ? 0 : strlen(word);
     for (const char *w = words; n && w; w = strchr(w, '|') ? strchr(w, '|') + 1 : NULL)
         if (strncmp(w, word, n) == 0 && (w[n] == '|' || w[n] == 0)) return true;
     return false;
@@ -104,7 +105,6 @@ static int parse_number(struct reading *r, const struct fv_key *k, const char *t
 
 static int parse_list(struct reading *r, const struct fv_key *k, const char *text, struct fv_list *list)
 {
-    int before = list->count;
     while (text[strspn(text, " \t,")]) {
         int in_row = 0;
         text += strspn(text, " \t,");
@@ -119,8 +119,10 @@ static int parse_list(struct reading *r, const struct fv_key *k, const char *tex
             in_row++;
             text = end;
         }
-        if (in_row != k->columns) {
-            list->count = before;
+        /* A row may go on on the next line, but not past a comma. */
+        r->open_list = list->count % k->columns ? k : NULL;
+        if (*text == ',' ? r->open_list != NULL : in_row > k->columns) {
+            r->open_list = NULL;
             return fail(r, "%s.%s: a row of %d numbers, needs %d (%s)", k->section, k->name, in_row,
                         k->columns, k->unit);
         }
@@ -133,6 +135,8 @@ static int assign(struct reading *r, const struct fv_key *k, const char *text)
     void *at = (char *)r->config + k->offset;
     int index = (int)(k - fv_keys);
     double number;
+    if (r->seen[index] && k->kind != FV_KEY_LIST)
+        return fail(r, "%s.%s is set twice; only lists go on over indented lines", k->section, k->name);
     switch (k->kind) {
     case FV_KEY_INT:
         if (parse_number(r, k, text, &number)) return -1;
@@ -148,8 +152,9 @@ static int assign(struct reading *r, const struct fv_key *k, const char *text)
         snprintf(at, FV_TEXT_MAX, "%s", text);
         break;
     case FV_KEY_TEXT:
-        if (strlen(text) >= FV_TEXT_MAX)
-            return fail(r, "%s.%s: longer than %d characters", k->section, k->name, FV_TEXT_MAX - 1);
+        /* What a settings file can hold, so that a recorded run's settings read back. */
+        if (strlen(text) > TEXT_LONGEST || strstr(text, " ;") || strchr(text, '\n'))
+            return fail(r, "%s.%s: longer than %d characters, or ' ;' or a line's end in it", k->section, k->name, TEXT_LONGEST);
         snprintf(at, FV_TEXT_MAX, "%s", text);
         break;
     case FV_KEY_LIST:
@@ -171,7 +176,7 @@ static char *next_line(char *out, int size, void *context)
     size_t n = strcspn(r->text, "\n");
     r->line++;
     if (n + 2 > (size_t)size) {
-        fail(r, "line of %zu characters, at most %d are read: continue the value on an indented line", n, size - 2);
+        fail(r, "line of %zu characters, at most %d are read; a list may go on on indented lines", n, size - 2);
         return NULL;
     }
     memcpy(out, r->text, n);
@@ -183,11 +188,19 @@ static char *next_line(char *out, int size, void *context)
 
 static bool is_section(const char *name)
 {
-    static const char *const sections[] = {"display", "scene", "method", "fovea", "budget", "threads",
-                                           "eye", "imu", "gpio", "output"};
-    for (unsigned i = 0; i < sizeof sections / sizeof sections[0]; i++)
-        if (strcmp(name, sections[i]) == 0) return true;
+    for (int i = 0; i < KEYS; i++)
+        if (strcmp(name, fv_keys[i].section) == 0) return true;
     return false;
+}
+
+/* A list whose last row is short, once no further line can belong to it. */
+static int close_list(struct reading *r)
+{
+    const struct fv_key *k = r->open_list;
+    if (!k || r->failed) return r->failed ? -1 : 0;
+    int count = ((const struct fv_list *)((const char *)r->config + k->offset))->count;
+    r->open_list = NULL;
+    return fail(r, "%s.%s: a row of %d numbers, needs %d (%s)", k->section, k->name, count % k->columns, k->columns, k->unit);
 }
 
 static int on_pair(void *context, const char *section, const char *name, const char *value)
@@ -197,6 +210,7 @@ static int on_pair(void *context, const char *section, const char *name, const c
     if (r->failed) return 0;
     snprintf(dotted, sizeof dotted, "%s.%s", section, name);
     const struct fv_key *k = fv_key_find(dotted);
+    if (r->open_list && r->open_list != k && close_list(r)) return 0;
     if (k) return assign(r, k, value) == 0;
     if (!section[0]) fail(r, "'%s' stands before any [section]", name);
     else if (!is_section(section)) fail(r, "unknown section [%s]; 'foveola help' lists them", section);
@@ -212,6 +226,7 @@ static int read_text(struct fv_config *config, const char *source, const char *t
         r.line = bad_line;
         fail(&r, "neither [section] nor key = value");
     }
+    close_list(&r);
     return r.failed ? -1 : 0;
 }
 
@@ -236,7 +251,7 @@ static int read_set(struct fv_config *config, const char *assignment, struct fv_
     snprintf(name, sizeof name, "%.*s", (int)(equals - assignment), assignment);
     const struct fv_key *k = strchr(name, '.') ? fv_key_find(name) : NULL;
     if (!k) return fail(&r, "unknown key '%s'; 'foveola help' lists them", name);
-    return assign(&r, k, equals + 1);
+    return assign(&r, k, equals + 1) || close_list(&r) ? -1 : 0;
 }
 
 static void set_defaults(struct fv_config *config)

@@ -12,7 +12,7 @@
 
 int fv_file_read(const char *path, size_t most, char **bytes, size_t *size, struct fv_error *error)
 {
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a FIFO must not hold us up */
     if (fd < 0) return fv_error_set(error, "%s: %s", path, strerror(errno));
     struct stat status;
     if (fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {

@@ -5,11 +5,13 @@
 
 #include "platform/arena.h"
 #include "platform/clock.h"
+#include "platform/log.h"
 
 #include <assert.h>
 #include <linux/futex.h>
 #include <pthread.h>
 #include <sched.h>
+#include <string.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 #ifdef __SSE2__
@@ -97,11 +99,13 @@ static void pin_to_nth_core(pthread_t thread, int n)
 {
     cpu_set_t allowed, one;
     if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;
+    int worker = n;
     for (int core = 0; core < CPU_SETSIZE; core++) {
         if (!CPU_ISSET(core, &allowed) || n-- > 0) continue;
         CPU_ZERO(&one);
         CPU_SET(core, &one);
-        pthread_setaffinity_np(thread, sizeof one, &one);
+        int refused = pthread_setaffinity_np(thread, sizeof one, &one);
+        if (refused) fv_log("threads.pin: worker %d stays unpinned: %s", worker, strerror(refused));
         return;
     }
 }

@@ -35,11 +35,11 @@ void fv_view_set(struct fv_view *view, const struct fv_lens *lens, const struct 
     view->pose = *pose;
     view->lens = *lens;
     view->pixel_size = (float)sqrt(step_x * step_y);
+    view->pixel_deg = (float)(fmax(step_x, step_y) * 57.29577951308232);
     for (int i = 0; i < 3; i++) view->origin[i] = (float)pose->position_m[i];
     scaled(pose, -lens->tan_left, lens->tan_up, -1, view->corner);
     scaled(pose, step_x, 0, 0, view->dx);
     scaled(pose, 0, -step_y, 0, view->dy);
-    scaled(pose, 0, 0, -1, view->axis);
     scaled(pose, g[0] / length, g[1] / length, g[2] / length, view->gaze);
     if (!fv_lens_project(lens, g, pixel)) pixel[0] = pixel[1] = -1e6;
     for (int i = 0; i < 2; i++) view->gaze_px[i] = (float)fmax(-1e6, fmin(1e6, pixel[i]));

@@ -21,8 +21,8 @@ struct fv_view {
     int width, height;
     float origin[3];                 /* world, m */
     float corner[3], dx[3], dy[3];   /* world */
-    float axis[3];                   /* optical axis, unit */
-    float pixel_size;                /* width of a pixel at depth 1 */
+    float pixel_size;                /* a pixel's size at depth 1: mean of width and height */
+    float pixel_deg;                 /* its longer side at the picture's centre, degrees: it is nowhere wider */
     float gaze[3];                   /* unit, world */
     float gaze_px[2];                /* where the gaze meets the picture; far outside where it does not */
     struct fv_pose pose;             /* of the eye */

@@ -30,7 +30,8 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
                                    .period_ms = 1e3 / config->budget_hz,
                                    .pixels = (int64_t)f->eyes * f->width * f->height};
     for (int i = 0; i < plan->passes; i++) session->stage[session->stages++] = plan->pass[i]->name;
-    session->capacity = frames > 0 ? frames : 1;
+    if (plan->present) session->stage[session->stages++] = fv_pass_present.name;
+    session->capacity = frames;
     session->record = fv_arena_take(fv_arena(), "frame records",
                                     (size_t)session->capacity * sizeof *session->record, 64);
     session->plan_rows = plan->rows;
@@ -70,7 +71,7 @@ static void run_pass(struct fv_loop *loop, const struct fv_pass *pass, struct fv
     *ms = (float)((double)(end_ns - start_ns) * 1e-6);
     for (int w = 0; w < loop->workers->count; w++) {
         record->cpu_ms += (float)((double)loop->workers->cpu_ns[w] * 1e-6);
-        fv_trace_add(loop->trace, w, pass->name, loop->frame.number, loop->workers->start_ns[w],
+        fv_trace_add(loop->trace, w, pass->name, record->frame, loop->workers->start_ns[w],
                      loop->workers->end_ns[w]);
     }
 }
@@ -80,7 +81,8 @@ static void record_counts(const struct fv_loop *loop, struct fv_frame_record *r)
     const struct fv_frame *f = &loop->frame;
     for (int w = 0; w < loop->workers->count; w++)
         for (int k = 0; k < FV_RAY_KINDS; k++) r->rays[k] += f->scratch[w].rays[k];
-    r->sampled_fraction = (float)((double)r->rays[FV_RAY_PRIMARY] / (double)loop->session->pixels);
+    double samples = (double)loop->session->pixels * f->parameters.spp;
+    r->sampled_fraction = (float)fmin(1, (double)r->rays[FV_RAY_PRIMARY] / samples);
     r->r0_deg = f->parameters.foveal.r0_deg;
     r->r1_deg = f->parameters.foveal.r1_deg;
     r->p_min = f->parameters.foveal.p_min;
@@ -109,7 +111,6 @@ void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const doubl
     if (f->number > 0) swap_history(loop);
     *r = (struct fv_frame_record){.frame = f->number, .t_ns = t_ns};
     int64_t start_ns = fv_clock_now_ns(loop->clock);
-    f->t_ns = t_ns;
     loop->plan->method->parameters(loop->config, r->level, &f->parameters);
     widen(&f->parameters.foveal, uncertainty_deg, loop->config->eye_noise_deg);
     for (int e = 0; e < f->eyes; e++) {
@@ -135,9 +136,10 @@ void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t fram
         io->latch(io->context, t_ns, &head, gaze, &uncertainty_deg);
         fv_loop_frame(loop, &head, gaze, uncertainty_deg, t_ns, &record);
         if (io->wants(io->context, n, n + 1 == frames)) {
-            struct fv_frame_record unused = {0};
-            float ms;
-            run_pass(loop, &fv_pass_present, &unused, &ms);
+            float *ms = &record.stage_ms[loop->plan->passes];
+            run_pass(loop, &fv_pass_present, &record, ms);
+            record.frame_ms += *ms;
+            record.missed = record.frame_ms > s->period_ms;
             io->present(io->context, &loop->frame);
         }
         s->frames++;

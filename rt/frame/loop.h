@@ -31,8 +31,8 @@ struct fv_loop {
     int64_t period_ns;
 };
 
-/* Takes everything that frames need: buffers, session records, trace rings. `frames`: how many are
- * going to be recorded at most. `tracer` stays the caller's. */
+/* Takes everything that frames need: buffers, session records, trace rings. `frames` > 0: how many are
+ * recorded at most. `tracer` stays the caller's. */
 void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const struct fv_plan *plan,
                   const struct fv_tracer *tracer, struct fv_workers *workers, struct fv_session *session,
                   int64_t frames);

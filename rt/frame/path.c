@@ -16,7 +16,9 @@ static double point(const struct fv_list *path, int row, int column)
 static double phase(double seconds, int64_t t_ns)
 {
     if (!(seconds > 0)) return 0;
-    int64_t both_ns = (int64_t)(2e9 * seconds), into_ns = t_ns % both_ns;
+    int64_t both_ns = (int64_t)(2e9 * seconds);
+    if (both_ns < 1) return 0;
+    int64_t into_ns = t_ns % both_ns;
     if (into_ns < 0) into_ns += both_ns;
     double s = (double)into_ns / (double)both_ns * 2;
     if (s > 1) s = 2 - s;

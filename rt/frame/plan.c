@@ -65,9 +65,9 @@ static void choose_passes(struct fv_plan *p, const struct fv_config *config)
         read |= pass->reads;
         add(p, "pass", pass->name, true, 0, "method %s", p->method->name);
     }
-    bool shown = strcmp(config->display_sink, "none") != 0;
-    if (shown) p->buffers |= FV_BIT(FV_PICTURE);
-    add(p, "pass", "present", shown, 0, "display.sink is %s", config->display_sink);
+    p->present = strcmp(config->display_sink, "none") != 0;
+    if (p->present) p->buffers |= FV_BIT(FV_PICTURE);
+    add(p, "pass", "present", p->present, 0, "display.sink is %s", config->display_sink);
     p->history = (read & FV_BIT(FV_HISTORY_COLOUR)) != 0;
     for (int n = 0; fv_method_at(n); n++)
         for (int i = 0; fv_method_at(n)->pass[i]; i++) {

@@ -12,6 +12,7 @@ struct fv_plan {
     int passes;
     uint32_t buffers;               /* bits of fv_buffer that are taken */
     int64_t bytes[FV_BUFFERS];      /* of all eyes */
+    bool present;                   /* a sink takes pictures */
     bool history;                   /* colour and depth are swapped after each frame */
     int rows;
     struct fv_plan_row row[64];

@@ -13,13 +13,13 @@ enum { FV_STAGES_MAX = 16 };
 
 struct fv_frame_record {
     int64_t frame, t_ns;          /* number and session time of display */
-    float frame_ms;               /* wall time from latch to the picture being ready */
+    float frame_ms;               /* wall time from the latch to the finished picture, all stages together */
     float cpu_ms;                 /* thread CPU time of all workers together */
     float stage_ms[FV_STAGES_MAX]; /* wall time of each stage */
     int32_t level;                /* quality level */
     float r0_deg, r1_deg, p_min;
     int64_t rays[FV_RAY_KINDS];
-    float sampled_fraction;       /* primary samples over pixels */
+    float sampled_fraction;       /* primary rays (support nodes too) over pixels x samples a pixel, at most 1 */
     float gaze_px[2][2];          /* gaze in each eye's picture, x y */
     float gaze_latency_ms;        /* from the gaze sample's time to the latch */
     bool missed, cut;

@@ -9,7 +9,7 @@
     void fv_pixel_encode_##isa(const float *, const float *, const float *, float, uint32_t *, int);             \
     void fv_reproject_##isa(struct fv_reproject_tile *);                                                         \
     void fv_pixel_present_##isa(const uint32_t *, uint8_t *, int);
-#define ROW(isa, width) {width, fv_trace_samples_##isa, fv_pixel_encode_##isa, fv_reproject_##isa, fv_pixel_present_##isa}
+#define ROW(isa) {fv_trace_samples_##isa, fv_pixel_encode_##isa, fv_reproject_##isa, fv_pixel_present_##isa}
 
 DECLARE(base)
 #ifdef __x86_64__
@@ -18,10 +18,10 @@ DECLARE(avx512)
 #endif
 
 static const struct fv_kernels table[FV_ISA_COUNT] = {
-    [FV_ISA_BASE] = ROW(base, 4),
+    [FV_ISA_BASE] = ROW(base),
 #ifdef __x86_64__
-    [FV_ISA_AVX2] = ROW(avx2, 8),
-    [FV_ISA_AVX512] = ROW(avx512, 16),
+    [FV_ISA_AVX2] = ROW(avx2),
+    [FV_ISA_AVX512] = ROW(avx512),
 #endif
 };
 

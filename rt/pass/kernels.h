@@ -8,8 +8,6 @@
 struct fv_reproject_tile; /* rt/pass/reproject.h */
 
 struct fv_kernels {
-    int width; /* lanes */
-
     /* Traces and shades samples [0, count); seed: changes the random numbers of area lights.
      * Adds to rays[FV_RAY_*]. */
     void (*trace)(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,

@@ -47,7 +47,7 @@ struct fv_worker_scratch {
 };
 
 struct fv_frame {
-    int64_t number, t_ns;
+    int64_t number;
     int eyes, width, height;
     int tiles_x, tiles_y, tiles; /* tiles: of all eyes */
     int64_t stride, rows;        /* of the pixel buffers: whole tiles */

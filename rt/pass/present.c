@@ -15,13 +15,12 @@ static void overlay_row(const struct fv_frame *f, const struct fv_tile *tile, in
 {
     const struct fv_view *v = &f->view[tile->eye];
     const struct fv_foveal *foveal = &f->parameters.foveal;
-    float pixel_deg = v->pixel_size * 57.29578f;
     for (int x = 0; x < FV_TILE; x++, rgbx += 4) {
         float px = (float)(tile->x0 + x) + 0.5f, py = (float)(tile->y0 + y) + 0.5f;
         float e = fv_eccentricity_deg(v, px, py);
         if ((colour[x] & FV_PIXEL_SAMPLED) && e > foveal->r0_deg) paint(rgbx, 80, 255, 120, 90);
-        if (fabsf(e - foveal->r0_deg) < pixel_deg) paint(rgbx, 255, 210, 0, 256);
-        if (fabsf(e - foveal->r1_deg) < pixel_deg) paint(rgbx, 255, 90, 0, 256);
+        if (fabsf(e - foveal->r0_deg) < v->pixel_deg) paint(rgbx, 255, 210, 0, 256);
+        if (fabsf(e - foveal->r1_deg) < v->pixel_deg) paint(rgbx, 255, 90, 0, 256);
         float dx = fabsf(px - v->gaze_px[0]), dy = fabsf(py - v->gaze_px[1]);
         if ((dx < 1.5f && dy < 12) || (dy < 1.5f && dx < 12)) paint(rgbx, 255, 0, 60, 256);
     }

@@ -24,7 +24,6 @@ struct place {
     vf w;          /* the guess */
     vf x, y;       /* in the history */
     vf history_w;  /* what the history holds there */
-    vf scale;      /* Z: inverse depths there times this are ... (view.h) */
     vi index;      /* of the pixel there */
 };
 
@@ -67,9 +66,10 @@ static void spread(const struct fv_reproject_tile *t, float y, struct row *row)
 static inline struct place look_up(const struct fv_reproject_tile *t, vf3 along, vf w)
 {
     const float *m = t->map.t;
-    struct place p = {.w = w, .scale = along.z + m[2] * w};
-    vi ahead = p.scale > 1e-4f;
-    vf inverse = 1.0f / vf_max(p.scale, vf_of(1e-4f));
+    struct place p = {.w = w};
+    vf scale = along.z + m[2] * w;
+    vi ahead = scale > 1e-4f;
+    vf inverse = 1.0f / vf_max(scale, vf_of(1e-4f));
     p.x = vf_clamp((along.x + m[0] * w) * inverse, -8, 16384);
     p.y = vf_clamp((along.y + m[1] * w) * inverse, -8, 16384);
     vi inside = ahead & (p.x >= 0.0f) & (p.x < (float)t->width) & (p.y >= 0.0f) & (p.y < (float)t->height);
@@ -94,7 +94,6 @@ static inline void prefer(struct place *best, const struct place *p)
     best->x = vf_select(better, p->x, best->x);
     best->y = vf_select(better, p->y, best->y);
     best->history_w = vf_select(better, p->history_w, best->history_w);
-    best->scale = vf_select(better, p->scale, best->scale);
     best->index = vi_select(better, p->index, best->index);
     best->good |= p->good;
 }

@@ -9,25 +9,23 @@ static inline uint32_t blend(uint32_t history, uint32_t sample, int alpha_256)
     uint32_t out = 0;
     for (int shift = 0; shift < 30; shift += 10) {
         int h = history >> shift & 1023, s = sample >> shift & 1023;
-        out |= (uint32_t)(h + ((s - h) * alpha_256 + 128) / 256) << shift;
+        out |= (uint32_t)(h + (((s - h) * alpha_256 + 128) >> 8)) << shift; /* >> rounds both ways alike */
     }
     return out;
 }
 
-static bool replaced(const struct fv_frame *f, const struct fv_tile *tile, int block)
+static bool foveal(const struct fv_frame *f, const struct fv_tile *tile, int block)
 {
-    if (!f->has_history) return true;
     float x = (float)(tile->x0 + block % FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
     float y = (float)(tile->y0 + block / FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
     /* Half a block more than r0: blocks that r0 only touches are in the fovea too. */
     const struct fv_view *view = &f->view[tile->eye];
-    return fv_eccentricity_deg(view, x, y) <= f->parameters.foveal.r0_deg + 2.9f * view->pixel_size * 57.29578f;
+    return fv_eccentricity_deg(view, x, y) <= f->parameters.foveal.r0_deg + 2.9f * view->pixel_deg;
 }
 
 static void merge_block(struct fv_frame *f, const struct fv_tile *tile, int block, const uint32_t *pixel,
-                        const float *depth)
+                        const float *depth, bool replace)
 {
-    bool replace = replaced(f, tile, block);
     int alpha = (int)(f->alpha * 256.0f + 0.5f);
     for (int y = 0; y < FV_BLOCK; y++) {
         int64_t at = fv_tile_row(f, tile, block / FV_BLOCKS * FV_BLOCK + y) + block % FV_BLOCKS * FV_BLOCK;
@@ -47,9 +45,13 @@ static void run(struct fv_frame *f, const struct fv_tile *tile)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     uint64_t blocks = ((uint64_t *)f->buffer[FV_SELECTED][0])[tile->index];
+    /* A tile that is sampled whole was not reprojected: what stands there is no history. */
+    bool whole = blocks == fv_tile_inside(f, tile);
     fv_tile_trace(f, tile, blocks);
-    for (int n = 0; blocks; blocks &= blocks - 1, n += FV_BLOCK * FV_BLOCK)
-        merge_block(f, tile, __builtin_ctzll(blocks), s->pixel + n, s->samples.inverse_depth + n);
+    for (int n = 0; blocks; blocks &= blocks - 1, n += FV_BLOCK * FV_BLOCK) {
+        int block = __builtin_ctzll(blocks);
+        merge_block(f, tile, block, s->pixel + n, s->samples.inverse_depth + n, whole || foveal(f, tile, block));
+    }
 }
 
 const struct fv_pass fv_pass_sample = {

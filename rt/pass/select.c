@@ -4,10 +4,10 @@
 #include "rt/pass/pass.h"
 
 /* Half the diagonal of `size` pixels as an angle, from above: a pixel never spans more than its
- * angle at the centre of the picture. */
+ * angle at the centre of the picture, nor than its longer side. */
 static float radius_deg(const struct fv_view *view, float size)
 {
-    return 0.7072f * size * view->pixel_size * 57.29578f;
+    return 0.7072f * size * view->pixel_deg;
 }
 
 /* Eccentricity of the block's nearest point: a block that r0 touches is sampled whole. */

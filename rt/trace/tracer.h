@@ -9,7 +9,7 @@
 
 #include <embree3/rtcore.h>
 
-/* Samples of a list: at most a tile's pixels, padded by copies of the last one. */
+/* Samples of a list: at most a tile's pixels. What stands behind the last one does not matter. */
 enum { FV_SAMPLES_MAX = 1024 };
 
 struct fv_samples {

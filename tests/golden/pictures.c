@@ -70,8 +70,24 @@ static void threads_and_tapes_change_nothing(void **state)
     }
 }
 
+/* Where every pixel is sampled in every frame, nothing of any history may show. */
+static void everything_sampled_is_full(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        const char *scene = i ? "cornell" : "atrium";
+        char full[128], all[256];
+        snprintf(full, sizeof full, "--set scene.name=%s --set method.name=full", scene);
+        snprintf(all, sizeof all, "--set scene.name=%s --set fovea.p_min=1 --set fovea.inner_deg=4 --set fovea.outer_deg=4", scene);
+        render(full, "auto", "full", 2);
+        render(all, "auto", "all", 2);
+        same_bytes("full", "all");
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(compare_with_golden), cmocka_unit_test(threads_and_tapes_change_nothing)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(compare_with_golden), cmocka_unit_test(threads_and_tapes_change_nothing),
+                                       cmocka_unit_test(everything_sampled_is_full)};
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }

@@ -1,9 +1,6 @@
 /* cli: the program as its users meet it: what a run leaves, every bad input, the sealed heap. */
 #include "tests/support/picture.h"
 
-#include <errno.h>
-#include <sys/resource.h>
-
 #define SMALL "--set scene.name=cornell --set display.headset=small --set threads.workers=2 "
 
 static bool there(const char *name)
@@ -100,6 +97,31 @@ static void bad_input_ends_with_2_and_one_line(void **state)
     }
 }
 
+static void odd_runs_end_as_they_should(void **state)
+{
+    (void)state;
+    struct program_result r = program("run %s --frames 2 --set scene.path_seconds=1e-10 --out odd", SMALL);
+    assert_int_equal(r.code, 0);
+    r = program("replay odd --out odd");
+    assert_int_equal(r.code, 2);
+    assert_non_null(strstr(r.errors, "is the recording itself"));
+    /* Long rows of lights come back through the recorded settings. */
+    r = program("run %s --frames 2 --out rows --set 'scene.area_lights=0.123456789012345 1.123456789012345 0.123456789012345 "
+                "0.323456789012345 0.023456789012345 0.023456789012345 0.023456789012345 0.023456789012345 0.323456789012345 "
+                "1.123456789012345 1.123456789012345 1.123456789012345'", SMALL);
+    assert_int_equal(r.code, 0);
+    r = program("replay rows --out rows2");
+    if (r.code) fail_msg("%s", r.errors);
+    program_write("odd/tape/frames", "abc\n", 4);
+    r = program("replay odd --out odd2");
+    assert_int_equal(r.code, 2);
+    char fifo[128];
+    snprintf(fifo, sizeof fifo, "%s/fifo", program_folder());
+    assert_int_equal(mkfifo(fifo, 0600), 0);
+    r = program("plan --config fifo");
+    assert_int_equal(r.code, 2);
+}
+
 static void plans_differ_by_scene(void **state)
 {
     (void)state;
@@ -192,7 +214,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bad_input_ends_with_2_and_one_line),  cmocka_unit_test(a_run_leaves_all_its_files),
         cmocka_unit_test(y4m_goes_to_standard_output), cmocka_unit_test(plans_differ_by_scene),
-        cmocka_unit_test(help_knows_every_key),        cmocka_unit_test(full_disk_ends_pictures_not_the_run),
+        cmocka_unit_test(help_knows_every_key), cmocka_unit_test(odd_runs_end_as_they_should),        cmocka_unit_test(full_disk_ends_pictures_not_the_run),
         cmocka_unit_test(no_memory_call_after_the_seal), cmocka_unit_test(readme_lists_every_setting),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);

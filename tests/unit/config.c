@@ -28,7 +28,7 @@ static void later_wins(void **state)
 static void lists_go_on_over_lines(void **state)
 {
     (void)state;
-    assert_int_equal(load_text("[scene]\npoint_lights = 1 2 3 4 5 6,\n  7 8 9 10 11 12\n  13 14 15 16 17 18, 0 0 0 0 0 0\n", NULL), 0);
+    assert_int_equal(load_text("[scene]\npoint_lights = 1 2 3 4 5 6,\n  7 8 9 10 11 12\n  13 14\n  15 16 17 18,\n  0 0 0 0 0 0\n", NULL), 0);
     assert_int_equal(config.scene_point_lights.count, 24);
     assert_true(config.scene_point_lights.value[12] == 13);
     assert_int_equal(load_text("[scene]\npoint_lights =\n", NULL), 0);
@@ -79,6 +79,12 @@ static const struct {
     {"[fovea]\ninner_deg = 20\nouter_deg = 10\n", NULL, "test.ini:3: fovea.outer_deg: 10 is less than fovea.inner_deg = 20"},
     {"[display]\nheadset = vision\n", NULL, "test.ini:2: display.headset: 'vision' is not known; there are:"},
     {"[scene]\nname = paris\n", NULL, "test.ini:2: scene.name: 'paris' is not known; there are:"},
+    {"[fovea]\np_min = 0.1\np_min = 0.2\n", NULL, "test.ini:3: fovea.p_min is set twice"},
+    {"[scene]\nfile = hall\n  .glb\n", NULL, "test.ini:3: scene.file is set twice"},
+    {"[scene]\nsky = 1 2\nexposure = 1\n", NULL, "scene.sky: a row of 2 numbers, needs 3"},
+    {"[scene]\npoint_lights = 1 2 3 4, 5 6\n", NULL, "scene.point_lights: a row of 4 numbers, needs 6"},
+    {"[threads]\npin = off|on\n", NULL, "must be one of off|on"},
+    {"[gpio]\nline = 1\n", NULL, "test.ini:2: unknown section [gpio]"},
     {"[method]\nsupport = 5\n", NULL, "test.ini:2: method.support: 5: must be 4 or 8"},
     {"", "fovea.p_min", "--set: 'fovea.p_min': must be section.key=value"},
     {"", "p_min=0.1", "--set: unknown key 'p_min'"},
