@@ -1,5 +1,4 @@
 /* arena: a bump pointer over one static block, and a table of who took how much. */
-#define _GNU_SOURCE
 #include "platform/arena.h"
 
 #include "platform/log.h"
@@ -8,15 +7,12 @@
 #include <stdatomic.h>
 #include <stdint.h>
 #include <string.h>
-#include <sys/mman.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #ifndef FV_ARENA_MB
 #define FV_ARENA_MB 1024
 #endif
 
-static _Alignas(2 << 20) char block[(size_t)FV_ARENA_MB << 20];
+static _Alignas(4096) char block[(size_t)FV_ARENA_MB << 20];
 
 static struct fv_arena the_arena = {.base = block, .capacity = sizeof block};
 static atomic_flag busy = ATOMIC_FLAG_INIT;
@@ -30,13 +26,6 @@ void fv_arena_limit(struct fv_arena *arena, size_t bytes)
 {
     assert(bytes > 0);
     if (bytes < arena->capacity) arena->capacity = bytes;
-}
-
-/* Scenes touch far more pages than the TLB holds: large ones halve the time of textures and rays. Asked
- * for before main, when nothing of the block has been touched; a kernel that has none says no. */
-__attribute__((constructor)) static void ask_for_large_pages(void)
-{
-    syscall(SYS_madvise, block, sizeof block, MADV_HUGEPAGE);
 }
 
 static void book(struct fv_arena *arena, const char *name, size_t bytes)
