@@ -37,6 +37,13 @@ float fv_tile_threshold(const struct fv_frame *f, const struct fv_tile *tile, in
     return fv_noise_threshold(f->tracer->noise, x + 29 * tile->eye, y + 37 * tile->eye, f->number);
 }
 
+float fv_tile_eccentricity_deg(const struct fv_frame *f, const struct fv_tile *tile, int block)
+{
+    float x = (float)(tile->x0 + block % FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
+    float y = (float)(tile->y0 + block / FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
+    return fv_eccentricity_deg(&f->view[tile->eye], x, y);
+}
+
 void fv_tile_place(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
 {
     struct fv_samples *samples = &f->scratch[tile->worker].samples;

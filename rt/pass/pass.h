@@ -93,6 +93,9 @@ uint64_t fv_tile_inside(const struct fv_frame *frame, const struct fv_tile *tile
  * so that the two fill each other in. */
 float fv_tile_threshold(const struct fv_frame *frame, const struct fv_tile *tile, int block);
 
+/* Eccentricity of a block's centre, degrees. */
+float fv_tile_eccentricity_deg(const struct fv_frame *frame, const struct fv_tile *tile, int block);
+
 /* Puts the centres of all pixels of the masked blocks, block by block, into the worker's samples. */
 void fv_tile_place(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);
 

@@ -16,11 +16,9 @@ static inline uint32_t blend(uint32_t history, uint32_t sample, int alpha_256)
 
 static bool foveal(const struct fv_frame *f, const struct fv_tile *tile, int block)
 {
-    float x = (float)(tile->x0 + block % FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
-    float y = (float)(tile->y0 + block / FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
     /* Half a block more than r0: blocks that r0 only touches are in the fovea too. */
-    const struct fv_view *view = &f->view[tile->eye];
-    return fv_eccentricity_deg(view, x, y) <= f->parameters.foveal.r0_deg + 2.9f * view->pixel_deg;
+    float margin_deg = 2.9f * f->view[tile->eye].pixel_deg;
+    return fv_tile_eccentricity_deg(f, tile, block) <= f->parameters.foveal.r0_deg + margin_deg;
 }
 
 static void merge_block(struct fv_frame *f, const struct fv_tile *tile, int block, const uint32_t *pixel,

@@ -10,13 +10,6 @@ static float radius_deg(const struct fv_view *view, float size)
     return 0.7072f * size * view->pixel_deg;
 }
 
-/* Eccentricity of the block's nearest point: a block that r0 touches is sampled whole. */
-static float nearest_deg(const struct fv_view *view, float x, float y)
-{
-    float e = fv_eccentricity_deg(view, x, y) - radius_deg(view, FV_BLOCK);
-    return e > 0 ? e : 0;
-}
-
 static void run(struct fv_frame *f, const struct fv_tile *tile)
 {
     const struct fv_view *view = &f->view[tile->eye];
@@ -32,11 +25,9 @@ static void run(struct fv_frame *f, const struct fv_tile *tile)
         return;
     }
     for (int block = 0; block < FV_BLOCKS * FV_BLOCKS; block++) {
-        if (!constant) {
-            float x = (float)(tile->x0 + block % FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
-            float y = (float)(tile->y0 + block / FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
-            p = fv_foveal_probability(foveal, nearest_deg(view, x, y));
-        }
+        /* At the block's nearest point: a block that r0 touches is sampled whole. */
+        if (!constant)
+            p = fv_foveal_probability(foveal, fv_tile_eccentricity_deg(f, tile, block) - radius_deg(view, FV_BLOCK));
         mask |= (uint64_t)(fv_tile_threshold(f, tile, block) < p) << block;
     }
     *selected = mask & inside;
