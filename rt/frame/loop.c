@@ -109,7 +109,7 @@ void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const doubl
 {
     struct fv_frame *f = &loop->frame;
     if (f->number > 0) swap_history(loop);
-    *r = (struct fv_frame_record){.frame = f->number, .t_ns = t_ns};
+    *r = (struct fv_frame_record){.frame = f->number, .t_ns = t_ns, .level = loop->level};
     int64_t start_ns = fv_clock_now_ns(loop->clock);
     loop->plan->method->parameters(loop->config, r->level, &f->parameters);
     widen(&f->parameters.foveal, uncertainty_deg, loop->config->eye_noise_deg);

@@ -29,6 +29,7 @@ struct fv_loop {
     struct fv_session *session;
     struct fv_frame frame;
     int64_t period_ns;
+    int level; /* quality level that the next frame is rendered at (method.h) */
 };
 
 /* Takes everything that frames need: buffers, session records, trace rings. `frames` > 0: how many are
