@@ -125,6 +125,12 @@ void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const doubl
     f->number++;
 }
 
+void fv_loop_restart(struct fv_loop *loop)
+{
+    loop->frame.number = 0;
+    loop->frame.has_history = false;
+}
+
 void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t frames)
 {
     struct fv_session *s = loop->session;

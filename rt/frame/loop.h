@@ -46,4 +46,7 @@ void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t fram
 void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3],
                    double uncertainty_deg, int64_t t_ns, struct fv_frame_record *record);
 
+/* Forgets the frames before: the next one is the first, at the same blue noise as any first one. */
+void fv_loop_restart(struct fv_loop *loop);
+
 #endif

@@ -7,7 +7,7 @@
 #include "platform/files.h"
 #include "rt/measure/metrics.h"
 
-enum { FV_ROWS_MAX = 256, FV_TARGETS = 3 };
+enum { FV_ROWS_MAX = 256 };
 
 /* Over a row's frames or judged pictures: the value itself, and the range between its error bars. */
 struct fv_measured {
@@ -35,13 +35,13 @@ struct fv_measure_row {
 int fv_row_write(const struct fv_measure_row *row, const char *path, struct fv_error *error);
 int fv_row_read(struct fv_measure_row *row, const char *path, struct fv_error *error);
 
-/* By method in the order of the method table, then by level. */
+/* By scene, method in the order of the method table, and level. */
 void fv_rows_sort(struct fv_measure_row *row, int rows);
 
 /* True where no other row of the scene is both faster (in speed-up) and better in the zone's PSNR. */
 bool fv_row_is_pareto(const struct fv_measure_row *row, int rows, int which, enum fv_zone zone);
 
-/* The fastest row of a method whose PSNR in the zone reaches `decibel`; -1 where none does. */
+/* The fastest row of a method whose PSNR in the zone reaches `decibel`; -1 where none does. Rows of one scene. */
 int fv_rows_reach(const struct fv_measure_row *row, int rows, const char *method, enum fv_zone zone, double decibel);
 
 /* measure.csv: the columns that scripts depend on. Cells without a value are empty. */

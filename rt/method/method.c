@@ -3,10 +3,10 @@
 
 #include <string.h>
 
+/* Supersampling: each level twice the samples of the one before. */
 static void full_parameters(const struct fv_config *config, int level, struct fv_parameters *out)
 {
-    (void)level;
-    *out = (struct fv_parameters){.foveal = {180, 180, 1}, .spp = (int)config->method_spp};
+    *out = (struct fv_parameters){.foveal = {180, 180, 1}, .spp = (int)config->method_spp << level};
 }
 
 /* p_min gives way first, then the radii: halved in turn, r0 never below the fovea's 2.6 degrees
@@ -28,9 +28,9 @@ static void reproject_parameters(const struct fv_config *config, int level, stru
 
 static const struct fv_method table[] = {
     {"full", "every pixel, method.spp samples each: the baseline and, at many samples, the reference",
-     {&fv_pass_sample_all}, 1, full_parameters},
+     {&fv_pass_sample_all}, 1, 5, full_parameters},
     {"reproject", "foveated sampling over the last frame's reprojected picture (Weier et al. 2016)",
-     {&fv_pass_select, &fv_pass_support, &fv_pass_reproject, &fv_pass_sample}, 8, reproject_parameters},
+     {&fv_pass_select, &fv_pass_support, &fv_pass_reproject, &fv_pass_sample}, 8, 8, reproject_parameters},
 };
 
 const struct fv_method *fv_method_at(int n)
