@@ -15,9 +15,10 @@ enum { FV_EXIT_DONE = 0, FV_EXIT_NOT_HELD = 1, FV_EXIT_UNUSABLE = 2, FV_EXIT_DEV
 
 struct fv_arguments {
     struct fv_config_request request;
-    const char *out;     /* --out, "out" where it is not given */
-    int64_t frames;      /* --frames, -1 where it is not given */
-    const char *operand; /* what stands behind the verb without an option, NULL */
+    const char *out;         /* --out, "out" where it is not given */
+    int64_t frames;          /* --frames, -1 where it is not given */
+    const char *operand[16]; /* what stands behind the verb without an option */
+    int operands;
 };
 
 /* A verb: what parses it and what help prints. */
@@ -25,7 +26,7 @@ struct fv_verb {
     const char *name;
     int (*run)(const struct fv_arguments *arguments); /* returns an exit code */
     const char *options; /* the options it takes, each followed by a space */
-    bool operand;        /* takes a word without an option */
+    int operands;        /* the most words that it takes without an option, at most 16 */
     const char *usage, *what;
 };
 extern const struct fv_verb fv_verbs[];

@@ -17,7 +17,8 @@ static void print_key(struct fv_writer *out, const struct fv_key *k)
 
 static void print_verb(struct fv_writer *out, const struct fv_verb *v)
 {
-    fv_writer_print(out, "  %-25s %s\n", v->usage, v->what);
+    bool is_long = strlen(v->usage) > 25;
+    fv_writer_print(out, "  %-25s%s%s\n", v->usage, is_long ? "\n                            " : " ", v->what);
 }
 
 static void print_overview(struct fv_writer *out)
@@ -43,7 +44,7 @@ int fv_verb_help(const struct fv_arguments *arguments)
 {
     static struct fv_writer out;
     struct fv_error error;
-    const char *topic = arguments->operand;
+    const char *topic = arguments->operand[0];
     if (fv_writer_open(&out, "-", &error)) return FV_EXIT_NOT_HELD;
     if (!topic) print_overview(&out);
     for (int i = 0; topic && i < fv_verbs_count; i++)

@@ -9,14 +9,14 @@
 #include <unistd.h>
 
 const struct fv_verb fv_verbs[] = {
-    {"run", fv_verb_run, "--config --set --out --frames ", false, "run [--frames N]",
+    {"run", fv_verb_run, "--config --set --out --frames ", 0, "run [--frames N]",
      "the frame loop; until N frames, SIGINT or SIGTERM; report in --out (default: out)"},
-    {"replay", fv_verb_replay, "--config --set --out --frames ", true, "replay DIR",
+    {"replay", fv_verb_replay, "--config --set --out --frames ", 1, "replay DIR",
      "runs a recorded session again; the same bytes of every picture"},
-    {"plan", fv_verb_plan, "--config --set --frames ", false, "plan",
+    {"plan", fv_verb_plan, "--config --set --frames ", 0, "plan",
      "what this scene and method need, what is left out and why; no frame is run"},
-    {"help", fv_verb_help, "", true, "help [VERB|SECTION|KEY]", "this; the settings of a section; one setting"},
-    {"version", fv_verb_version, "", false, "version", "the version"},
+    {"help", fv_verb_help, "", 1, "help [VERB|SECTION|KEY]", "this; the settings of a section; one setting"},
+    {"version", fv_verb_version, "", 0, "version", "the version"},
 };
 const int fv_verbs_count = sizeof fv_verbs / sizeof fv_verbs[0];
 
@@ -26,52 +26,71 @@ static int unusable(const char *format, const char *what)
     return -1;
 }
 
-static int read_option(struct fv_arguments *a, const char *name, const char *value)
+static int read_config(struct fv_arguments *a, const char *value)
 {
-    struct fv_config_request *r = &a->request;
-    if (strcmp(name, "--config") == 0) {
-        if (r->files == 16) return unusable("%s: at most 16 settings files", name);
-        r->file[r->files++] = value;
-    } else if (strcmp(name, "--set") == 0) {
-        if (r->sets == 64) return unusable("%s: at most 64 of them; put the rest into a settings file", name);
-        r->set[r->sets++] = value;
-    } else if (strcmp(name, "--out") == 0) {
-        a->out = value;
-    } else {
-        char *end;
-        errno = 0;
-        a->frames = strtoll(value, &end, 10);
-        if (errno || *end || end == value || a->frames < 1 || a->frames > 100000000)
-            return unusable("--frames %s: must be a whole number from 1 to 100000000", value);
-    }
+    if (a->request.files == 16) return unusable("--config %s: at most 16 settings files", value);
+    a->request.file[a->request.files++] = value;
     return 0;
 }
 
-static bool takes(const char *options, const char *name)
+static int read_set(struct fv_arguments *a, const char *value)
 {
-    const char *at = strstr(options, name);
-    return at && at[strlen(name)] == ' ';
+    if (a->request.sets == 64) return unusable("--set %s: at most 64 of them; put the rest into a settings file", value);
+    a->request.set[a->request.sets++] = value;
+    return 0;
+}
+
+static int read_out(struct fv_arguments *a, const char *value)
+{
+    a->out = value;
+    return 0;
+}
+
+static int read_frames(struct fv_arguments *a, const char *value)
+{
+    char *end;
+    errno = 0;
+    a->frames = strtoll(value, &end, 10);
+    if (errno || *end || end == value || a->frames < 1 || a->frames > 100000000)
+        return unusable("--frames %s: must be a whole number from 1 to 100000000", value);
+    return 0;
+}
+
+/* Returns 0, or -1 with the reason logged. */
+static const struct option {
+    const char *name;
+    int (*read)(struct fv_arguments *arguments, const char *value);
+} options[] = {
+    {"--config", read_config}, {"--set", read_set}, {"--out", read_out}, {"--frames", read_frames},
+};
+
+/* The option that `text` begins with, as far as the verb takes it; NULL otherwise. */
+static const struct option *find_option(int verb, const char *text, size_t length)
+{
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+        const char *name = options[i].name, *listed = strstr(fv_verbs[verb].options, name);
+        if (strlen(name) == length && strncmp(name, text, length) == 0)
+            return listed && listed[length] == ' ' ? &options[i] : NULL;
+    }
+    return NULL;
 }
 
 /* Options may be written "--name value" or "--name=value". */
 static int read_arguments(int verb, int count, char **text, struct fv_arguments *a)
 {
     for (int i = 0; i < count; i++) {
-        char name[16] = "";
         const char *value = strchr(text[i], '=');
         if (strncmp(text[i], "--", 2) != 0) {
-            if (!fv_verbs[verb].operand || a->operand) return unusable("'%s': not expected here; see 'foveola help'", text[i]);
-            a->operand = text[i];
+            if (a->operands == fv_verbs[verb].operands) return unusable("'%s': not expected here; see 'foveola help'", text[i]);
+            a->operand[a->operands++] = text[i];
             continue;
         }
-        size_t length = value ? (size_t)(value - text[i]) : strlen(text[i]);
-        if (length < sizeof name) memcpy(name, text[i], length);
-        if (!name[0] || !takes(fv_verbs[verb].options, name))
-            return unusable("%s: this verb has no such option; see 'foveola help'", text[i]);
+        const struct option *o = find_option(verb, text[i], value ? (size_t)(value - text[i]) : strlen(text[i]));
+        if (!o) return unusable("%s: this verb has no such option; see 'foveola help'", text[i]);
         if (value) value++;
         else if (++i < count) value = text[i];
-        else return unusable("%s: a value must follow", name);
-        if (read_option(a, name, value)) return -1;
+        else return unusable("%s: a value must follow", o->name);
+        if (o->read(a, value)) return -1;
     }
     return 0;
 }

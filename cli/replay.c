@@ -33,14 +33,15 @@ int fv_verb_replay(const struct fv_arguments *arguments)
     static char settings[FV_PATH_MAX], head[FV_PATH_MAX + 16], gaze[FV_PATH_MAX + 16];
     struct fv_arguments a = *arguments;
     struct fv_error error;
-    if (!a.operand) {
+    const char *folder = a.operand[0];
+    if (!folder) {
         fv_log("replay: name the folder of the recorded run: foveola replay DIR --out OTHER");
         return FV_EXIT_UNUSABLE;
     }
-    int64_t frames = recorded_frames(a.operand, &error);
-    if (frames >= 0 && fv_path_join(settings, a.operand, "tape/settings.ini"))
-        frames = fv_error_set(&error, "%s: path too long", a.operand);
-    if (frames >= 0 && same_folder(a.operand, a.out))
+    int64_t frames = recorded_frames(folder, &error);
+    if (frames >= 0 && fv_path_join(settings, folder, "tape/settings.ini"))
+        frames = fv_error_set(&error, "%s: path too long", folder);
+    if (frames >= 0 && same_folder(folder, a.out))
         frames = fv_error_set(&error, "replay: --out %s is the recording itself: name another folder", a.out);
     if (frames < 0) {
         fv_log("%s", error.text);
@@ -48,8 +49,8 @@ int fv_verb_replay(const struct fv_arguments *arguments)
     }
     /* Before what the command line sets, so that it can still change the rest. */
     const char *first[4] = {"eye.source=tape", "imu.source=tape", gaze, head};
-    snprintf(gaze, sizeof gaze, "eye.tape=%.900s/tape/gaze.csv", a.operand);
-    snprintf(head, sizeof head, "imu.tape=%.900s/tape/head.csv", a.operand);
+    snprintf(gaze, sizeof gaze, "eye.tape=%.900s/tape/gaze.csv", folder);
+    snprintf(head, sizeof head, "imu.tape=%.900s/tape/head.csv", folder);
     struct fv_config_request *r = &a.request;
     if (r->files == 16 || r->sets + 4 > 64) {
         fv_log("replay: too many --config or --set");
