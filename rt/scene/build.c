@@ -126,7 +126,7 @@ int fv_build_material(struct fv_build *b, const struct fv_material *material)
     struct fv_material *m = push(&b->materials, sizeof *m);
     *m = *material;
     m->shininess = fminf(fmaxf(m->shininess, 1), FV_SHININESS_MAX);
-    m->ior = fmaxf(m->ior, 1);
+    m->ior = fminf(fmaxf(m->ior, 1), FV_IOR_MAX);
     m->alpha_cutoff = fminf(fmaxf(m->alpha_cutoff, 0), 1);
     m->flags = (m->base_texture >= 0 ? FV_MATERIAL_TEXTURED : 0) |
                (m->normal_texture >= 0 ? FV_MATERIAL_NORMAL_MAPPED : 0) |

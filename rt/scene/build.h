@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-enum { FV_ELEMENTS_MAX = 100000000, FV_SHININESS_MAX = 10000 };
+enum { FV_ELEMENTS_MAX = 100000000, FV_SHININESS_MAX = 10000, FV_IOR_MAX = 100 };
 
 struct fv_vertex {
     float position[3];

@@ -49,10 +49,10 @@ enum fv_material_flags {
 struct fv_material {
     float diffuse[3];      /* albedo, multiplied with the base texture */
     float specular[3];     /* Phong reflectance */
-    float shininess;       /* Phong exponent, >= 1 */
+    float shininess;       /* Phong exponent, 1 to 10000 */
     float mirror[3];       /* colour of the reflected ray's weight */
     float transmission[3]; /* colour of the refracted ray's weight */
-    float ior;             /* refractive index, >= 1 */
+    float ior;             /* refractive index, 1 to 100 */
     float emission[3];     /* radiance */
     float alpha_cutoff;    /* coverage below which a masked texel is not there, 0..1 */
     float normal_scale;

@@ -1,6 +1,7 @@
 /* trace_kernel: lists of samples, packet by packet: primary rays, surfaces, light, and Whitted's
  * reflections and refractions by recursion to a bounded depth. */
 #include "rt/trace/light.h"
+#include "rt/trace/refraction.h"
 
 #define trace_samples FV_ISA_NAME(fv_trace_samples)
 
@@ -56,16 +57,6 @@ static inline vf3 reflected(const struct surface *s, vf3 d)
     return vf3_select(above > 0.0f, r, plain);
 }
 
-/* Exact Fresnel reflectance of unpolarised light; 1 where it is totally reflected. `c`: cosine of
- * incidence in (0, 1], eta: index here over index beyond; *k: squared cosine beyond, <= 0: total. */
-static inline vf fresnel(vf c, vf eta, vf *k)
-{
-    *k = 1.0f - eta * eta * (1.0f - c * c);
-    vf beyond = vf_sqrt(vf_max(*k, vf_of(0)));
-    vf rs = (eta * c - beyond) / (eta * c + beyond), rp = (c - eta * beyond) / (c + eta * beyond);
-    return vf_select(*k > 0.0f, 0.5f * (rs * rs + rp * rp), vf_of(1));
-}
-
 static vf3 secondary(const struct shading *shading, const struct surface *s, vf3 direction, int depth)
 {
     vf3 d = vf3_normalise(direction, vf3_scale(s->normal, vf_of(-1)));
@@ -74,14 +65,12 @@ static vf3 secondary(const struct shading *shading, const struct surface *s, vf3
     vf3 weight = vf3_select(mirror, s->mirror, (vf3){vf_of(0), vf_of(0), vf_of(0)});
     vf3 sum = {vf_of(0), vf_of(0), vf_of(0)};
     if (vi_any(glass)) {
-        vf eta = vf_select(s->outside, 1.0f / s->ior, s->ior), k;
-        vf c = vf_clamp(-vf_dot(d, s->normal), 1e-4f, 1);
-        vf reflectance = fresnel(c, eta, &k);
-        vf3 beyond = vf3_add(vf3_scale(d, eta), vf3_scale(s->normal, eta * c - vf_sqrt(vf_max(k, vf_of(0)))));
-        beyond = vf3_normalise(beyond, d);
-        sum = follow(shading, s, beyond, vf_of(-1), vf3_scale(s->transmission, 1.0f - reflectance),
-                     glass & (k > 0.0f), depth);
-        weight = vf3_select(glass, (vf3){reflectance, reflectance, reflectance}, weight);
+        struct refraction r = refract(d, s->normal, s->ior, s->outside);
+        /* A bent normal must not send back what goes through. */
+        vf3 beyond = vf3_select(vf_dot(r.beyond, s->geometric) < 0.0f, r.beyond, d);
+        sum = follow(shading, s, beyond, vf_of(-1), vf3_scale(s->transmission, 1.0f - r.reflectance),
+                     glass & r.through, depth);
+        weight = vf3_select(glass, (vf3){r.reflectance, r.reflectance, r.reflectance}, weight);
     }
     return vf3_add(sum, follow(shading, s, reflected(s, d), vf_of(1), weight, mirror | glass, depth));
 }
@@ -135,9 +124,9 @@ void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, s
         vf t;
         if (tracer->data->features & FV_SCENE_AREA_LIGHTS) randomise(&shading, x, y, seed);
         vf3 seen = radiance(&shading, &r, tracer->depth, &t);
-        vf_store(samples->red + i, seen.x);
-        vf_store(samples->green + i, seen.y);
-        vf_store(samples->blue + i, seen.z);
+        vf_store(samples->red + i, vf_clamp(seen.x, 0, FV_RADIANCE_MAX));
+        vf_store(samples->green + i, vf_clamp(seen.y, 0, FV_RADIANCE_MAX));
+        vf_store(samples->blue + i, vf_clamp(seen.z, 0, FV_RADIANCE_MAX));
         vf_store(samples->inverse_depth + i, vf_select(t < 1e30f, 1.0f / vf_max(t, vf_of(1e-6f)), vf_of(0)));
     }
     rays[FV_RAY_PRIMARY] = counted;
