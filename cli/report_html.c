@@ -55,14 +55,6 @@ static void write_title(struct fv_report_page *page, double p99)
     fv_writer_print(page->out, "</header>\n");
 }
 
-static void write_fact(struct fv_report_page *page, const char *name, struct fv_shown value, const char *unit,
-                       const char *more)
-{
-    fv_writer_print(page->out,
-                    "<div><dt>%s</dt><dd class=\"value\">%s%s</dd><dd class=\"more\">%s</dd></div>\n", name,
-                    value.text, unit, more);
-}
-
 static void write_facts(struct fv_report_page *page, double p50, double p99)
 {
     const struct fv_session *s = page->session;
@@ -74,25 +66,24 @@ static void write_facts(struct fv_report_page *page, double p50, double p99)
     }
     fv_writer_print(page->out, "<dl class=\"facts\">\n");
     snprintf(more, sizeof more, "%s of the period", fv_shown_percent(p50 / page->period_ms).text);
-    write_fact(page, "Frame time, median", fv_shown_fixed(p50, 2), " ms", more);
+    fv_fact(page->out, "Frame time, median", fv_shown_fixed(p50, 2), " ms", more);
     snprintf(more, sizeof more, "%s of the period", fv_shown_percent(p99 / page->period_ms).text);
-    write_fact(page, "Frame time, p99", fv_shown_fixed(p99, 2), " ms", more);
+    fv_fact(page->out, "Frame time, p99", fv_shown_fixed(p99, 2), " ms", more);
     snprintf(more, sizeof more, "%lld cut short at the deadline", (long long)s->cut_frames);
-    write_fact(page, "Frames", fv_shown_fixed((double)s->frames, 0), "", more);
+    fv_fact(page->out, "Frames", fv_shown_fixed((double)s->frames, 0), "", more);
     snprintf(more, sizeof more, "%lld of %lld", (long long)s->missed, (long long)s->frames);
-    write_fact(page, "Missed",
-               fv_shown_percent(s->frames > 0 ? (double)s->missed / (double)s->frames : (double)NAN), "",
-               more);
-    write_fact(page, "Pixels sampled",
-               fv_shown_percent(fv_column_summary(s, &fv_columns[FV_COLUMN_SAMPLED]).mean), "",
-               "mean of all frames");
+    fv_fact(page->out, "Missed",
+            fv_shown_percent(s->frames > 0 ? (double)s->missed / (double)s->frames : (double)NAN), "", more);
+    fv_fact(page->out, "Pixels sampled",
+            fv_shown_percent(fv_column_summary(s, &fv_columns[FV_COLUMN_SAMPLED]).mean), "",
+            "mean of all frames");
     int n = snprintf(more, sizeof more, "%s primary, %s shadow, %s secondary",
                      fv_shown_count(rays[FV_RAY_PRIMARY]).text, fv_shown_count(rays[FV_RAY_SHADOW]).text,
                      fv_shown_count(rays[FV_RAY_SECONDARY]).text);
     if (rays[FV_RAY_MARCH_STEPS] > 0)
         snprintf(more + n, sizeof more - (size_t)n, "; %s march steps",
                  fv_shown_count(rays[FV_RAY_MARCH_STEPS]).text);
-    write_fact(page, "Rays a frame", fv_shown_count(sum), "", more);
+    fv_fact(page->out, "Rays a frame", fv_shown_count(sum), "", more);
     fv_writer_print(page->out, "</dl>\n");
     if (fv_recorded(s) < s->frames)
         fv_writer_print(

@@ -2,6 +2,7 @@
 #include "cli/columns.h"
 #include "cli/markup.h"
 #include "cli/page.h"
+#include "cli/plot.h"
 #include "cli/report_sections.h"
 
 #include <math.h>
@@ -14,15 +15,15 @@ static void draw_series(struct fv_plot *plot)
     if (series.binned) {
         fv_path_open(plot, "band");
         for (int i = 0; i < series.count; i++) {
-            double from = i ? (series.t_s[i - 1] + series.t_s[i]) / 2 : plot->x_low;
-            double to = i + 1 < series.count ? (series.t_s[i] + series.t_s[i + 1]) / 2 : plot->x_high;
+            double from = i ? (series.t_s[i - 1] + series.t_s[i]) / 2 : plot->x.low;
+            double to = i + 1 < series.count ? (series.t_s[i] + series.t_s[i + 1]) / 2 : plot->x.high;
             fv_path_box(plot, from, to, series.min[i], series.max[i]);
         }
         fv_path_close(plot);
     }
     fv_path_open(plot, "line");
     for (int i = 0; i < series.count; i++) fv_path_point(plot, series.t_s[i], series.y[i]);
-    if (series.count == 1) fv_path_point(plot, plot->x_high, series.y[0]);
+    if (series.count == 1) fv_path_point(plot, plot->x.high, series.y[0]);
     fv_path_close(plot);
 }
 
@@ -31,15 +32,15 @@ static void draw_missed(struct fv_plot *plot, const struct fv_session *s)
 {
     enum { PLACES = 800 };
     int drawn = -1;
-    double tall = 0.05 * (plot->y_high - plot->y_low);
+    double tall = 0.05 * (plot->y.high - plot->y.low);
     fv_path_open(plot, "marks");
     for (int64_t i = 0; i < fv_recorded(s); i++) {
         double t = fv_record_seconds(s, i);
-        int place = (int)(PLACES * t / plot->x_high);
+        int place = (int)(PLACES * t / plot->x.high);
         if (!s->record[i].missed || place == drawn) continue;
         drawn = place;
-        fv_path_point(plot, t, plot->y_high);
-        fv_path_point(plot, t, plot->y_high - tall);
+        fv_path_point(plot, t, plot->y.high);
+        fv_path_point(plot, t, plot->y.high - tall);
         fv_path_point(plot, (double)NAN, 0);
     }
     fv_path_close(plot);
@@ -52,10 +53,11 @@ static void draw_frame_times(struct fv_report_page *page, double t_high)
     struct fv_summary range = fv_column_summary(s, &fv_columns[FV_COLUMN_FRAME_MS]);
     int n = snprintf(label, sizeof label, "Frame time over time, from %s to %s ms",
                      fv_shown_fixed(range.min, 2).text, fv_shown_fixed(range.max, 2).text);
-    struct fv_plot plot = {page->out, 0, t_high, 0, page->frame_top_ms, false};
+    struct fv_plot plot = {.out = page->out, .x = {0, t_high, false}, .y = {0, page->frame_top_ms, false}};
     if (!isnan(page->period_ms))
         snprintf(label + n, sizeof label - (size_t)n, "; the budget is %.2f ms", page->period_ms);
-    fv_plot_open(&plot, &(struct fv_plot_text){"Frame time (ms)", label, NULL, 240});
+    fv_plot_open(&plot,
+                 &(struct fv_plot_text){.caption = "Frame time (ms)", .label = label, .height_px = 240});
     fv_column_series(s, &fv_columns[FV_COLUMN_FRAME_MS], &series);
     draw_series(&plot);
     draw_missed(&plot, s);
@@ -97,10 +99,13 @@ void fv_report_time(struct fv_report_page *page)
         snprintf(label, sizeof label, "%s over time, from %s to %s", rows[i].name,
                  fv_shown_fixed(range.min, 2).text, fv_shown_fixed(range.max, 2).text);
         struct fv_plot plot = {
-            page->out, 0, t_high, fmin(range.min, 0), range.max > 0 ? fmax(range.max * 1.15, 1e-6) : 1,
-            false};
-        fv_plot_open(&plot,
-                     &(struct fv_plot_text){rows[i].caption, label, i + 1 == ROWS ? "time (s)" : NULL, 72});
+            .out = page->out,
+            .x = {0, t_high, false},
+            .y = {fmin(range.min, 0), range.max > 0 ? fmax(range.max * 1.15, 1e-6) : 1, false}};
+        fv_plot_open(&plot, &(struct fv_plot_text){.caption = rows[i].caption,
+                                                   .label = label,
+                                                   .x_name = i + 1 == ROWS ? "time (s)" : NULL,
+                                                   .height_px = 72});
         fv_column_series(s, &fv_columns[rows[i].column], &series);
         draw_series(&plot);
         fv_plot_close(&plot);
@@ -154,8 +159,12 @@ void fv_report_histogram(struct fv_report_page *page)
     fv_section_open(page->out, heading, h.cut ? "The last bar holds every longer frame, too." : NULL);
     for (int i = 0; i < h.bins; i++) most = h.count[i] > most ? h.count[i] : most;
     double x_high = fmax(h.low + h.bins * h.width, isnan(page->period_ms) ? 0 : page->period_ms * 1.05);
-    struct fv_plot plot = {page->out, h.low, x_high, 0, fmax(1.12 * (double)most, 5), false};
-    fv_plot_open(&plot, &(struct fv_plot_text){"Frames", "Histogram of frame times", "frame time (ms)", 220});
+    struct fv_plot plot = {
+        .out = page->out, .x = {h.low, x_high, false}, .y = {0, fmax(1.12 * (double)most, 5), false}};
+    fv_plot_open(&plot, &(struct fv_plot_text){.caption = "Frames",
+                                               .label = "Histogram of frame times",
+                                               .x_name = "frame time (ms)",
+                                               .height_px = 220});
     for (int late = 0; late < 2; late++) {
         fv_path_open(&plot, late ? "late" : "bars");
         for (int i = 0; i < h.bins; i++) {

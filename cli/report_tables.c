@@ -8,29 +8,6 @@
 #include <math.h>
 #include <stdio.h>
 
-static void print_head(struct fv_writer *out, const char *class, const char *cells)
-{
-    fv_writer_print(out, "<div class=\"scroll\"><table class=\"%s\">\n<thead><tr>%s</tr></thead>\n<tbody>\n",
-                    class, cells);
-}
-
-static void print_foot(struct fv_writer *out)
-{
-    fv_writer_print(out, "</tbody></table></div>\n");
-}
-
-static void print_name(struct fv_writer *out, const char *name)
-{
-    fv_writer_print(out, "<th scope=\"row\">");
-    fv_html_text(out, name);
-    fv_writer_print(out, "</th>");
-}
-
-static void print_number(struct fv_writer *out, struct fv_shown shown)
-{
-    fv_writer_print(out, "<td class=\"n\">%s</td>", shown.text);
-}
-
 void fv_report_stages(struct fv_report_page *page)
 {
     const struct fv_session *s = page->session;
@@ -38,31 +15,31 @@ void fv_report_stages(struct fv_report_page *page)
     double frame = fv_column_summary(s, &fv_columns[FV_COLUMN_FRAME_MS]).mean, sum = 0;
     fv_section_open(page->out, "Stages",
                     "Wall time of each stage in ms; its share is of the mean frame time.");
-    print_head(page->out, "stages",
-               "<th scope=\"col\">stage</th><th scope=\"col\" class=\"n\">p50</th><th scope=\"col\" "
-               "class=\"n\">p99</th>"
-               "<th scope=\"col\" class=\"n\">share</th><td class=\"bar\"></td>");
+    fv_table_open(page->out, "stages",
+                  "<th scope=\"col\">stage</th><th scope=\"col\" class=\"n\">p50</th><th scope=\"col\" "
+                  "class=\"n\">p99</th>"
+                  "<th scope=\"col\" class=\"n\">share</th><td class=\"bar\"></td>");
     for (int i = 0; i < fv_stages(s); i++) {
         struct fv_column column = fv_column_stage(i);
         double mean = fv_column_summary(s, &column).mean;
         double share = frame > 0 ? mean / frame : (double)NAN;
         if (!isnan(mean)) sum += mean;
         fv_writer_print(page->out, "<tr>");
-        print_name(page->out, fv_stage_name(s, i));
-        print_number(page->out, fv_shown_fixed(fv_column_percentile(s, &column, 0, n, 50), 2));
-        print_number(page->out, fv_shown_fixed(fv_column_percentile(s, &column, 0, n, 99), 2));
-        print_number(page->out, fv_shown_percent(share));
+        fv_name_cell(page->out, fv_stage_name(s, i));
+        fv_number_cell(page->out, fv_shown_fixed(fv_column_percentile(s, &column, 0, n, 50), 2));
+        fv_number_cell(page->out, fv_shown_fixed(fv_column_percentile(s, &column, 0, n, 99), 2));
+        fv_number_cell(page->out, fv_shown_percent(share));
         fv_bar_cell(page->out, share);
         fv_writer_print(page->out, "</tr>\n");
     }
     double rest = frame > sum ? (frame - sum) / frame : 0;
     if (rest >= 0.001) {
         fv_writer_print(page->out, "<tr class=\"out\"><th scope=\"row\">in no stage</th><td></td><td></td>");
-        print_number(page->out, fv_shown_percent(rest));
+        fv_number_cell(page->out, fv_shown_percent(rest));
         fv_bar_cell(page->out, rest);
         fv_writer_print(page->out, "</tr>\n");
     }
-    print_foot(page->out);
+    fv_table_close(page->out);
     fv_section_close(page->out);
 }
 
@@ -73,25 +50,26 @@ void fv_report_plan(struct fv_report_page *page)
     if (rows < 1) return;
     fv_section_open(page->out, "Plan",
                     "What this scene and method need, and what was left out, with the memory that saved.");
-    print_head(page->out, "plan",
-               "<th scope=\"col\">what</th><th scope=\"col\">kind</th><th scope=\"col\">plan</th>"
-               "<th scope=\"col\">reason</th><th scope=\"col\" class=\"n\">memory</th>");
+    fv_table_open(page->out, "plan",
+                  "<th scope=\"col\">what</th><th scope=\"col\">kind</th><th scope=\"col\">plan</th>"
+                  "<th scope=\"col\">reason</th><th scope=\"col\" class=\"n\">memory</th>");
     for (int left_out = 0; left_out < 2; left_out++) {
         for (int i = 0; i < rows; i++) {
             const struct fv_plan_row *row = &s->plan[i];
             if (row->kept == left_out) continue;
             fv_writer_print(page->out, "<tr class=\"%s\">", row->kept ? "kept" : "out");
-            print_name(page->out, row->what);
+            fv_name_cell(page->out, row->what);
             fv_writer_print(page->out, "<td>");
             fv_html_text(page->out, row->kind);
             fv_writer_print(page->out, "</td><td class=\"tag\">%s</td><td>", row->kept ? "kept" : "left out");
             fv_html_text(page->out, row->reason);
             fv_writer_print(page->out, "</td>");
-            print_number(page->out, row->bytes ? fv_shown_bytes((double)row->bytes) : (struct fv_shown){""});
+            fv_number_cell(page->out,
+                           row->bytes ? fv_shown_bytes((double)row->bytes) : (struct fv_shown){""});
             fv_writer_print(page->out, "</tr>\n");
         }
     }
-    print_foot(page->out);
+    fv_table_close(page->out);
     fv_section_close(page->out);
 }
 
@@ -108,21 +86,21 @@ void fv_report_memory(struct fv_report_page *page)
     fv_writer_print(page->out,
                     "<p class=\"note\">%s of the %s that the program may use, taken at start-up.</p>\n",
                     fv_shown_bytes((double)arena->used).text, fv_shown_bytes((double)arena->capacity).text);
-    print_head(page->out, "memory",
-               "<th scope=\"col\">name</th><th scope=\"col\" class=\"n\">taken</th><th scope=\"col\" "
-               "class=\"n\">share</th>"
-               "<td class=\"bar\"></td>");
+    fv_table_open(page->out, "memory",
+                  "<th scope=\"col\">name</th><th scope=\"col\" class=\"n\">taken</th><th scope=\"col\" "
+                  "class=\"n\">share</th>"
+                  "<td class=\"bar\"></td>");
     for (int i = 0; i < arena->rows; i++) {
         const struct fv_arena_row *row = &arena->row[order[i]];
         double share = arena->used ? (double)row->bytes / (double)arena->used : 0;
         fv_writer_print(page->out, "<tr>");
-        print_name(page->out, row->name);
-        print_number(page->out, fv_shown_bytes((double)row->bytes));
-        print_number(page->out, fv_shown_percent(share));
+        fv_name_cell(page->out, row->name);
+        fv_number_cell(page->out, fv_shown_bytes((double)row->bytes));
+        fv_number_cell(page->out, fv_shown_percent(share));
         fv_bar_cell(page->out, share);
         fv_writer_print(page->out, "</tr>\n");
     }
-    print_foot(page->out);
+    fv_table_close(page->out);
     fv_section_close(page->out);
 }
 
@@ -139,8 +117,8 @@ void fv_report_sealed(struct fv_report_page *page)
                 {"head samples", s->imu_samples, 0},
                 {"head samples rejected", s->imu_rejected, s->imu_rejected}};
     fv_section_open(page->out, "Counters", NULL);
-    print_head(page->out, "counters",
-               "<th scope=\"col\">of the session</th><th scope=\"col\" class=\"n\">count</th>");
+    fv_table_open(page->out, "counters",
+                  "<th scope=\"col\">of the session</th><th scope=\"col\" class=\"n\">count</th>");
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
         fv_writer_print(page->out,
                         "<tr class=\"%s\"><th scope=\"row\">%s</th><td class=\"n\"><%s>%lld</%s></td></tr>\n",
@@ -149,7 +127,7 @@ void fv_report_sealed(struct fv_report_page *page)
     fv_writer_print(page->out,
                     "<tr><th scope=\"row\">gaze latency, median</th><td class=\"n\">%s ms</td></tr>\n",
                     fv_shown_fixed(s->gaze_latency_ms_p50, 2).text);
-    print_foot(page->out);
+    fv_table_close(page->out);
     fv_section_close(page->out);
 }
 
@@ -158,15 +136,15 @@ void fv_report_settings(struct fv_report_page *page)
     enum { LONGEST = FV_LIST_MAX * 26 };
     static char text[LONGEST];
     fv_writer_print(page->out, "<section>\n<details><summary>All settings</summary>\n");
-    print_head(page->out, "settings",
-               "<th scope=\"col\">key</th><th scope=\"col\">value</th><th scope=\"col\">set by</th>");
+    fv_table_open(page->out, "settings",
+                  "<th scope=\"col\">key</th><th scope=\"col\">value</th><th scope=\"col\">set by</th>");
     for (int i = 0; i < fv_keys_count; i++) {
         const struct fv_key *k = &fv_keys[i];
         char dotted[96];
         int n = snprintf(dotted, sizeof dotted, "%s.%s", k->section, k->name);
         if (n >= (int)sizeof dotted) continue;
         fv_writer_print(page->out, "<tr>");
-        print_name(page->out, dotted);
+        fv_name_cell(page->out, dotted);
         fv_writer_print(page->out, "<td>");
         fv_html_text(page->out, fv_config_text(page->config, k, text, sizeof text));
         if (k->kind == FV_KEY_INT || k->kind == FV_KEY_REAL) fv_writer_print(page->out, " %s", k->unit);
@@ -174,6 +152,6 @@ void fv_report_settings(struct fv_report_page *page)
         fv_html_text(page->out, fv_config_origin(dotted));
         fv_writer_print(page->out, "</td></tr>\n");
     }
-    print_foot(page->out);
+    fv_table_close(page->out);
     fv_writer_print(page->out, "</details>\n</section>\n");
 }

@@ -22,9 +22,9 @@ struct fv_png {
     int width, height;
     size_t size, used;
     char *block;
-    struct fv_writer *out;     /* of the picture under way */
-    uint8_t carry[3], carried; /* bytes that wait for a full group of three, in base64 */
-    char message[160];         /* libpng's error */
+    struct fv_writer *out; /* of the picture under way */
+    struct fv_base64 base64;
+    char message[160]; /* libpng's error */
     struct fv_writer file;
 };
 
@@ -72,27 +72,10 @@ static void write_file(png_structp png, png_bytep bytes, size_t size)
     if (p->out->failed) png_error(png, "not written");
 }
 
-/* Four letters for `count` (1 to 3) bytes, padded with '='. RFC 4648, section 4. */
-static void write_group(struct fv_writer *out, const uint8_t *bytes, int count)
-{
-    static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    uint32_t bits =
-        (uint32_t)bytes[0] << 16 | (count > 1 ? (uint32_t)bytes[1] << 8 : 0) | (count > 2 ? bytes[2] : 0);
-    char group[4];
-    for (int i = 0; i < 4; i++) group[i] = i <= count ? letters[bits >> (18 - 6 * i) & 63] : '=';
-    fv_writer_bytes(out, group, sizeof group);
-}
-
 static void write_base64(png_structp png, png_bytep bytes, size_t size)
 {
     struct fv_png *p = png_get_io_ptr(png);
-    for (size_t i = 0; i < size; i++) {
-        p->carry[p->carried++] = bytes[i];
-        if (p->carried == 3) {
-            write_group(p->out, p->carry, 3);
-            p->carried = 0;
-        }
-    }
+    fv_writer_base64(p->out, &p->base64, bytes, size);
     if (p->out->failed) png_error(png, "not written");
 }
 
@@ -123,7 +106,7 @@ static int encode(struct fv_png *p, struct fv_writer *out, png_rw_ptr write, con
         return fv_error_set(error, "png: a picture of %d x %d, but opened for up to %d x %d", picture->width,
                             picture->height, p->width, p->height);
     p->used = 0;
-    p->carried = 0;
+    p->base64 = (struct fv_base64){.carried = 0};
     p->out = out;
     snprintf(p->message, sizeof p->message, "out of its memory");
     png_structp png =
@@ -155,7 +138,7 @@ int fv_png_base64(struct fv_png *p, struct fv_writer *out, const struct fv_pictu
                   int level, struct fv_error *error)
 {
     if (encode(p, out, write_base64, picture, eye, level, error)) return -1;
-    if (p->carried) write_group(out, p->carry, p->carried);
+    fv_writer_base64_end(out, &p->base64);
     return 0;
 }
 

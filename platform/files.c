@@ -150,6 +150,35 @@ void fv_writer_print(struct fv_writer *w, const char *format, ...)
     w->used = (size_t)n < sizeof w->buffer ? (size_t)n : sizeof w->buffer - 1;
 }
 
+/* Four letters for `count` (1 to 3) bytes, padded with '='. */
+static void write_group(struct fv_writer *w, const unsigned char *bytes, int count)
+{
+    static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    unsigned bits = (unsigned)bytes[0] << 16;
+    if (count > 1) bits |= (unsigned)bytes[1] << 8;
+    if (count > 2) bits |= bytes[2];
+    char group[4];
+    for (int i = 0; i < 4; i++) group[i] = i <= count ? letters[bits >> (18 - 6 * i) & 63] : '=';
+    fv_writer_bytes(w, group, sizeof group);
+}
+
+void fv_writer_base64(struct fv_writer *w, struct fv_base64 *state, const void *bytes, size_t size)
+{
+    const unsigned char *at = bytes;
+    for (size_t i = 0; i < size; i++) {
+        state->carry[state->carried++] = at[i];
+        if (state->carried < 3) continue;
+        write_group(w, state->carry, 3);
+        state->carried = 0;
+    }
+}
+
+void fv_writer_base64_end(struct fv_writer *w, struct fv_base64 *state)
+{
+    if (state->carried) write_group(w, state->carry, state->carried);
+    state->carried = 0;
+}
+
 int fv_writer_close(struct fv_writer *w, struct fv_error *error)
 {
     fv_writer_flush(w);

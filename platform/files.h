@@ -39,6 +39,15 @@ void fv_writer_bytes(struct fv_writer *writer, const void *bytes, size_t size);
 void fv_writer_print(struct fv_writer *writer, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 void fv_writer_flush(struct fv_writer *writer);
+
+/* Base64 (RFC 4648, section 4) of bytes that come in any portions: start from a zeroed state, end once. */
+struct fv_base64 {
+    unsigned char carry[3]; /* bytes that wait for a full group of three */
+    int carried;
+};
+void fv_writer_base64(struct fv_writer *writer, struct fv_base64 *state, const void *bytes, size_t size);
+void fv_writer_base64_end(struct fv_writer *writer, struct fv_base64 *state);
+
 int fv_writer_close(struct fv_writer *writer, struct fv_error *error);
 
 #endif
