@@ -17,6 +17,10 @@ struct fv_arguments {
     struct fv_config_request request;
     const char *out;         /* --out, "out" where it is not given */
     int64_t frames;          /* --frames, -1 where it is not given */
+    double ppd;              /* --ppd, pixels per degree, 67 where it is not given */
+    double fov_deg;          /* --fov, across the picture, 0 where it is not given */
+    double gaze_px[2];       /* --gaze, where has_gaze */
+    bool has_gaze;
     const char *operand[16]; /* what stands behind the verb without an option */
     int operands;
 };
@@ -34,6 +38,7 @@ extern const int fv_verbs_count;
 
 int fv_verb_run(const struct fv_arguments *arguments);
 int fv_verb_replay(const struct fv_arguments *arguments);
+int fv_verb_compare(const struct fv_arguments *arguments);
 int fv_verb_plan(const struct fv_arguments *arguments);
 int fv_verb_help(const struct fv_arguments *arguments);
 int fv_verb_version(const struct fv_arguments *arguments);

@@ -13,6 +13,9 @@ const struct fv_verb fv_verbs[] = {
      "the frame loop; until N frames, SIGINT or SIGTERM; report in --out (default: out)"},
     {"replay", fv_verb_replay, "--config --set --out --frames ", 1, "replay DIR",
      "runs a recorded session again; the same bytes of every picture"},
+    {"compare", fv_verb_compare, "--ppd --gaze --fov ", 2,
+     "compare REFERENCE.png TEST.png [--ppd N] [--gaze x,y] [--fov DEGREES]",
+     "PSNR, RMSE, SSIM and FLIP of a picture, by eccentricity from the gaze (pixels; default: the centre)"},
     {"plan", fv_verb_plan, "--config --set --frames ", 0, "plan",
      "what this scene and method need, what is left out and why; no frame is run"},
     {"help", fv_verb_help, "", 1, "help [VERB|SECTION|KEY]", "this; the settings of a section; one setting"},
@@ -56,12 +59,46 @@ static int read_frames(struct fv_arguments *a, const char *value)
     return 0;
 }
 
+static bool read_number(double *out, const char *text, char closing, double least, double most, const char **end)
+{
+    char *stop;
+    *out = strtod(text, &stop);
+    *end = stop + 1;
+    return stop != text && *stop == closing && *out >= least && *out <= most;
+}
+
+static int read_ppd(struct fv_arguments *a, const char *value)
+{
+    const char *end;
+    if (!read_number(&a->ppd, value, 0, 1, 1000, &end))
+        return unusable("--ppd %s: must be a number of pixels per degree from 1 to 1000", value);
+    return 0;
+}
+
+static int read_fov(struct fv_arguments *a, const char *value)
+{
+    const char *end;
+    if (!read_number(&a->fov_deg, value, 0, 0.1, 179, &end))
+        return unusable("--fov %s: must be a number of degrees from 0.1 to 179", value);
+    return 0;
+}
+
+static int read_gaze(struct fv_arguments *a, const char *value)
+{
+    const char *at;
+    if (!read_number(&a->gaze_px[0], value, ',', -1e6, 1e6, &at) || !read_number(&a->gaze_px[1], at, 0, -1e6, 1e6, &at))
+        return unusable("--gaze %s: must be two numbers of pixels, x,y, as in --gaze 320,240", value);
+    a->has_gaze = true;
+    return 0;
+}
+
 /* Returns 0, or -1 with the reason logged. */
 static const struct option {
     const char *name;
     int (*read)(struct fv_arguments *arguments, const char *value);
 } options[] = {
     {"--config", read_config}, {"--set", read_set}, {"--out", read_out}, {"--frames", read_frames},
+    {"--ppd", read_ppd},       {"--gaze", read_gaze}, {"--fov", read_fov},
 };
 
 /* The option that `text` begins with, as far as the verb takes it; NULL otherwise. */
@@ -97,7 +134,7 @@ static int read_arguments(int verb, int count, char **text, struct fv_arguments 
 
 static int run_verb(int count, char **text)
 {
-    struct fv_arguments arguments = {.out = "out", .frames = -1};
+    struct fv_arguments arguments = {.out = "out", .frames = -1, .ppd = 67};
     const char *verb = count > 1 ? text[1] : "help";
     if (strcmp(verb, "--help") == 0 || strcmp(verb, "-h") == 0) verb = "help";
     if (strcmp(verb, "--version") == 0) verb = "version";

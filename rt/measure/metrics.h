@@ -3,8 +3,11 @@
  *
  * PSNR, RMSE  over r, g, b together, of the encoded values; RMSE with full scale 1; PSNR infinite
  *             where there is no error
- * SSIM        Wang, Bovik, Sheikh and Simoncelli 2004: on luma, Gaussian window 11 x 11, sigma 1.5
- * FLIP        Andersson et al. 2020, the LDR one, for the given pixels per degree
+ * SSIM        Wang, Bovik, Sheikh and Simoncelli 2004: on luma (BT.601), Gaussian window 11 x 11, sigma
+ *             1.5, mean over the pixels whose window lies inside the picture; along a side that is
+ *             shorter than the window, over its middle one or two, the picture mirrored at its edges
+ * FLIP        Andersson et al. 2020, the LDR one, for the given pixels per degree; beyond the picture's
+ *             edges lie its outermost pixels
  *
  * A zone's value is that of the whole picture's map, taken over the zone's pixels; NaN where the zone
  * has none. */
@@ -40,7 +43,8 @@ struct fv_errors {
 
 struct fv_metrics; /* opaque: the scratch of one picture size, in the arena */
 
-/* All memory is taken here. ppd: pixels per degree of FLIP's viewer, > 0. */
+/* All memory is taken here, for as many threads as there are cores. ppd: pixels per degree of FLIP's
+ * viewer; outside of [1, 1000] it counts as the nearer end. */
 struct fv_metrics *fv_metrics_open(int width, int height, double ppd);
 
 /* zone[y * width + x]: FV_ZONE_FOVEA to FV_ZONE_FAR of each pixel's centre. By a view's own gaze, or for

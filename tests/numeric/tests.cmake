@@ -1,2 +1,3 @@
 fv_test(numeric offsets rt)
 fv_test(numeric shading rt)
+fv_test(numeric metrics rt)
