@@ -185,3 +185,13 @@ struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *s)
 {
     return s->counts;
 }
+
+const struct fv_tape *fv_sensors_eye_tape(const struct fv_sensors *s)
+{
+    return s->eye_tape.gazes > 0 ? &s->eye_tape : NULL;
+}
+
+const struct fv_tape *fv_sensors_imu_tape(const struct fv_sensors *s)
+{
+    return s->imu_tape.heads > 0 ? &s->imu_tape : NULL;
+}

@@ -55,6 +55,11 @@ void fv_sensors_latch(struct fv_sensors *sensors, int64_t t_ns, struct fv_pose *
 
 struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *sensors);
 
+/* The tapes that the sources read (tape.h); NULL where the source is no tape. */
+struct fv_tape;
+const struct fv_tape *fv_sensors_eye_tape(const struct fv_sensors *sensors);
+const struct fv_tape *fv_sensors_imu_tape(const struct fv_sensors *sensors);
+
 /* The simulated sources, for tests and for making tapes: pure functions of seed and time. */
 void fv_sim_head(uint64_t seed, int64_t t_ns, struct fv_pose *head);
 void fv_sim_gaze(uint64_t seed, int64_t t_ns, struct fv_gaze_sample *gaze);

@@ -38,9 +38,8 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
     memcpy(session->plan, plan->row, sizeof session->plan);
 }
 
-/* Eye e's view: the head's pose moved half the distance between the eyes sideways. */
-static void set_view(const struct fv_loop *loop, int e, const struct fv_pose *head, const double gaze[3],
-                     struct fv_view *view)
+void fv_loop_view(const struct fv_loop *loop, int e, const struct fv_pose *head, const double gaze[3],
+                  struct fv_view *view)
 {
     const struct fv_config *c = loop->config;
     double in = tan(c->display_fov_in_deg * degree), out = tan(c->display_fov_out_deg * degree);
@@ -114,7 +113,7 @@ void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const doubl
     loop->plan->method->parameters(loop->config, r->level, &f->parameters);
     widen(&f->parameters.foveal, uncertainty_deg, loop->config->eye_noise_deg);
     for (int e = 0; e < f->eyes; e++) {
-        set_view(loop, e, head, gaze[e], &f->view[e]);
+        fv_loop_view(loop, e, head, gaze[e], &f->view[e]);
         if (f->has_history) fv_map_set(&f->map[e], &f->view[e], &f->before[e]);
     }
     for (int w = 0; w < loop->workers->count; w++) memset(f->scratch[w].rays, 0, sizeof f->scratch[w].rays);
