@@ -104,7 +104,7 @@ double fv_column_percentile(const struct fv_session *s, const struct fv_column *
         }
         if (values == 0) return (double)NAN;
         if (round == 0) {
-            rank = (int64_t)ceil(percent / 100 * (double)values);
+            rank = (int64_t)ceil(percent * (double)values / 100);
             rank = rank < 1 ? 1 : rank > values ? values : rank;
         }
         uint32_t digit = 0;

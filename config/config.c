@@ -115,6 +115,9 @@ static int parse_list(struct reading *r, const struct fv_key *k, const char *tex
             double value = strtod(text, &end);
             if (end == text || !isfinite(value) || (*end && !strchr(" \t,", *end)))
                 return fail(r, "%s.%s: '%.20s' is not a finite number", k->section, k->name, text);
+            if (fabs(value) > FV_LIST_LARGEST)
+                return fail(r, "%s.%s: %.10g is out of range: from %.10g to %.10g", k->section, k->name, value,
+                            -FV_LIST_LARGEST, FV_LIST_LARGEST);
             list->value[list->count++] = value;
             in_row++;
             text = end;

@@ -1,13 +1,22 @@
 /* pose: see pose.h. Series are used where the closed form would cancel or divide 0 by 0. */
 #include "platform/pose.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 void fv_quat_normalise(double q[4])
 {
     double n2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-    if (!(n2 > 1e-300) || isinf(n2)) {
+    if (!(n2 > 1e-280 && n2 < 1e280)) { /* squares may have lost digits, or overflowed */
+        double largest = fmax(fmax(fabs(q[0]), fabs(q[1])), fmax(fabs(q[2]), fabs(q[3])));
+        n2 = 0;
+        for (int i = 0; largest > 0 && largest <= DBL_MAX && i < 4; i++) {
+            q[i] /= largest;
+            n2 += q[i] * q[i];
+        }
+    }
+    if (!(n2 > 0)) {
         q[0] = 1;
         q[1] = q[2] = q[3] = 0;
         return;

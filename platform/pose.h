@@ -25,13 +25,15 @@ void fv_quat_conjugate(const double q[4], double out[4]);
 /* Rotates v by q; out may be v. */
 void fv_quat_rotate(const double q[4], const double v[3], double out[3]);
 
-/* The rotation by |r| radians about r: exponential map, exact to rounding near 0. */
+/* The rotation by |r| radians about r: exponential map, exact to rounding near 0. The identity where
+ * |r| is NaN or above 1e154, where it says nothing about the angle. */
 void fv_quat_from_vector(const double r[3], double out[4]);
 
 /* Its inverse: the shortest rotation vector of q, radians; exact to rounding near 0. */
 void fv_quat_to_vector(const double q[4], double out[3]);
 
-/* Spherical interpolation along the shorter arc, t in [0, 1]. */
+/* Spherical interpolation along the shorter arc; goes on at the same speed for t outside [0, 1]. At t = 1 it
+ * is b or -b, the same rotation; half a turn apart, either arc. */
 void fv_quat_slerp(const double a[4], const double b[4], double t, double out[4]);
 
 /* From yaw (about +y, left positive), pitch (about +x, up positive), roll (about +z), radians,

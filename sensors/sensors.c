@@ -149,7 +149,7 @@ static void hold(const struct fv_sensors *s, int64_t t_ns, struct fv_gaze *gaze)
 {
     double seconds = ((double)t_ns - (double)s->gaze_latch_ns) * 1e-9;
     double gone = s->gaze.valid ? fv_motion_minimum_jerk((seconds - s->hold_s) / return_s) : 1;
-    double lost = s->gaze.valid && seconds < s->hold_s ? fmax(seconds, 0) / s->hold_s : 1;
+    double lost = !s->gaze.valid || seconds >= s->hold_s ? 1 : seconds > 0 ? seconds / s->hold_s : 0;
     for (int eye = 0; eye < 2; eye++) {
         if (gone <= 0) memcpy(gaze->direction[eye], s->gaze.direction[eye], sizeof gaze->direction[eye]);
         else if (gone >= 1) memcpy(gaze->direction[eye], ahead, sizeof ahead);

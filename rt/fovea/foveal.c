@@ -10,7 +10,7 @@ float fv_foveal_probability(const struct fv_foveal *f, float e)
     if (!(e > f->r0_deg)) return 1;
     if (e >= f->r1_deg || f->r1_deg <= f->r0_deg) return f->p_min;
     float s = (e - f->r0_deg) / (f->r1_deg - f->r0_deg);
-    return 1 - s * (1 - f->p_min);
+    return f->p_min + (1 - s) * (1 - f->p_min); /* never below p_min, nor above 1, by rounding */
 }
 
 float fv_eccentricity_deg(const struct fv_view *view, float x, float y)

@@ -30,6 +30,7 @@ void fv_view_set(struct fv_view *view, const struct fv_lens *lens, const struct 
         g[2] = -1;
         length = 1;
     }
+    for (int i = 0; i < 3; i++) g[i] /= length;
     view->width = lens->width;
     view->height = lens->height;
     view->pose = *pose;
@@ -40,7 +41,7 @@ void fv_view_set(struct fv_view *view, const struct fv_lens *lens, const struct 
     scaled(pose, -lens->tan_left, lens->tan_up, -1, view->corner);
     scaled(pose, step_x, 0, 0, view->dx);
     scaled(pose, 0, -step_y, 0, view->dy);
-    scaled(pose, g[0] / length, g[1] / length, g[2] / length, view->gaze);
+    scaled(pose, g[0], g[1], g[2], view->gaze);
     if (!fv_lens_project(lens, g, pixel)) pixel[0] = pixel[1] = -1e6;
     for (int i = 0; i < 2; i++) view->gaze_px[i] = (float)fmax(-1e6, fmin(1e6, pixel[i]));
 }

@@ -36,14 +36,15 @@ struct fv_map {
     float m[3][3], t[3];
 };
 
-/* `pose`: of the eye; `gaze`: unit vector in the eye's frame (x right, y up, -z ahead). A gaze
+/* `pose`: of the eye, finite and of unit rotation: settings and sensors let no other in; `gaze`: unit vector in the eye's frame (x right, y up, -z ahead). A gaze
  * that is not finite or points backwards counts as straight ahead. */
 void fv_view_set(struct fv_view *view, const struct fv_lens *lens, const struct fv_pose *pose,
                  const double gaze[3]);
 
 void fv_map_set(struct fv_map *map, const struct fv_view *now, const struct fv_view *before);
 
-/* Pixel of a direction given in the eye's frame; false where it points backwards. */
+/* Pixel of a finite, unit direction given in the eye's frame; false where it points backwards or to less
+ * than 1e-6 of 90 degrees. */
 bool fv_lens_project(const struct fv_lens *lens, const double direction[3], double pixel[2]);
 
 #endif

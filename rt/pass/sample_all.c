@@ -37,7 +37,8 @@ static void trace_mean(struct fv_frame *f, const struct fv_tile *tile, uint64_t 
             samples->y[i] += offset[1] - before[1];
         }
         memcpy(before, offset, sizeof before);
-        f->kernels->trace(f->tracer, &f->view[tile->eye], samples, (uint32_t)(f->number * spp + k), s->rays);
+        uint32_t seed = (uint32_t)f->number * (uint32_t)spp + (uint32_t)k; /* wraps */
+        f->kernels->trace(f->tracer, &f->view[tile->eye], samples, seed, s->rays);
         for (int c = 0; c < 3; c++)
             for (int i = 0; i < n; i++) s->sum[c][i] += channel[c][i];
     }

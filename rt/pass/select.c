@@ -17,7 +17,8 @@ static void run(struct fv_frame *f, const struct fv_tile *tile)
     uint64_t *selected = (uint64_t *)f->buffer[FV_SELECTED][0] + tile->index, mask = 0;
     float half = 0.5f * FV_TILE, radius = radius_deg(view, FV_TILE) + radius_deg(view, FV_BLOCK);
     float centre = fv_eccentricity_deg(view, (float)tile->x0 + half, (float)tile->y0 + half);
-    bool constant = centre + radius <= foveal->r0_deg || centre - radius >= foveal->r1_deg;
+    float outer_deg = foveal->r1_deg > foveal->r0_deg ? foveal->r1_deg : foveal->r0_deg;
+    bool constant = centre + radius <= foveal->r0_deg || centre - radius >= outer_deg;
     float p = fv_foveal_probability(foveal, centre);
     uint64_t inside = fv_tile_inside(f, tile);
     if (!f->has_history || (constant && p >= 1)) {

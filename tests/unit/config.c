@@ -76,6 +76,7 @@ static const struct {
     {"[scene]\nsky = 1 2\n", NULL, "test.ini:2: scene.sky: a row of 2 numbers, needs 3 (r g b)"},
     {"[scene]\nsky = 1 2 x\n", NULL, "'x' is not a finite number"},
     {"[scene]\nsky = 1 2 nan\n", NULL, "is not a finite number"},
+    {"[scene]\npath = 0 2e12 0 0 0\n", NULL, "test.ini:2: scene.path: 2e+12 is out of range: from -1e+12 to 1e+12"},
     {"[fovea]\ninner_deg = 20\nouter_deg = 10\n", NULL, "test.ini:3: fovea.outer_deg: 10 is less than fovea.inner_deg = 20"},
     {"[display]\nheadset = vision\n", NULL, "test.ini:2: display.headset: 'vision' is not known; there are:"},
     {"[scene]\nname = paris\n", NULL, "test.ini:2: scene.name: 'paris' is not known; there are:"},
