@@ -12,7 +12,8 @@
 
 static int64_t steps_max = 20000000;
 static const int64_t target = 1000000000;
-static const double allowed_rad = 1e-6; /* after 1e9 steps; a hundredth of a pixel, at 67 a degree, is 2.6e-6 */
+static const double allowed_rad =
+    1e-6; /* after 1e9 steps; a hundredth of a pixel, at 67 a degree, is 2.6e-6 */
 
 static const struct {
     const char *what;
@@ -60,8 +61,10 @@ static void products_drift_slowly(void **state)
         if (off > steepest * (double)n) fail_msg("%s: drift grows faster than the steps", cases[c].what);
         double there = fmax(off, 1e-16) * (double)target / (double)n;
         print_message("; length off by %.1e; at most %.1e rad after 1e9\n", length, there);
-        if (cases[c].normalised && fabs(length) > 3e-16) fail_msg("%s: length off by %g", cases[c].what, length);
-        if (!cases[c].normalised && fabs(length) > 3e-16 * (double)n) fail_msg("%s: length off by %g", cases[c].what, length);
+        if (cases[c].normalised && fabs(length) > 3e-16)
+            fail_msg("%s: length off by %g", cases[c].what, length);
+        if (!cases[c].normalised && fabs(length) > 3e-16 * (double)n)
+            fail_msg("%s: length off by %g", cases[c].what, length);
         if (!(there < allowed_rad)) fail_msg("%s: %g rad after 1e9 steps", cases[c].what, there);
     }
 }
@@ -89,16 +92,19 @@ static void changing_steps_drift_slowly(void **state)
             fv_quat_multiply(q, step[k], q);
             fv_quat_normalise(q);
         }
-    long double r[3], angle = long_log(round, r), turned = remainderl(angle * (long double)rounds, 2 * LONG_PI);
+    long double r[3], angle = long_log(round, r),
+                      turned = remainderl(angle * (long double)rounds, 2 * LONG_PI);
     for (int i = 0; i < 3; i++) r[i] *= turned / angle;
     double off = long_angle(q, long_exp(r)), there = off * (double)target / (double)(rounds * STEPS);
-    print_message("64 steps in turn: %.1e rad after %.0e; at most %.1e after 1e9\n", off, (double)(rounds * STEPS), there);
+    print_message("64 steps in turn: %.1e rad after %.0e; at most %.1e after 1e9\n", off,
+                  (double)(rounds * STEPS), there);
     assert_true(there < allowed_rad);
 }
 
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(products_drift_slowly), cmocka_unit_test(changing_steps_drift_slowly)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(products_drift_slowly),
+                                       cmocka_unit_test(changing_steps_drift_slowly)};
     if (argc > 1) steps_max = strtoll(argv[1], NULL, 10);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -17,8 +17,9 @@ static struct fv_setup *opened(struct fv_setup *s, const char *method)
     struct fv_error error;
     const struct fv_config_request request = {
         .sets = 15,
-        .set = {"scene.name=cornell", method, "method.spp=3", "display.sink=none", "display.width=48", "display.height=40", "display.fov_in_deg=25",
-                "display.fov_out_deg=20", "display.fov_up_deg=22", "display.fov_down_deg=22", "fovea.inner_deg=3", "fovea.outer_deg=8",
+        .set = {"scene.name=cornell", method, "method.spp=3", "display.sink=none", "display.width=48",
+                "display.height=40", "display.fov_in_deg=25", "display.fov_out_deg=20",
+                "display.fov_up_deg=22", "display.fov_down_deg=22", "fovea.inner_deg=3", "fovea.outer_deg=8",
                 "fovea.p_min=0.1", "threads.workers=1", "method.area_spp=1"}};
     if (s->loop.frame.width) return s;
     if (fv_setup_open(s, &request, &error) || fv_setup_take(s, PERIOD, &error)) fail_msg("%s", error.text);
@@ -57,7 +58,8 @@ static uint64_t fingerprint(const struct fv_frame *f)
     uint64_t h = 0xcbf29ce484222325u;
     for (int eye = 0; eye < EYES; eye++)
         for (int y = 0; y < f->height; y++)
-            for (int x = 0; x < f->width; x++) h = (h ^ ((const uint32_t *)f->buffer[FV_COLOUR][eye])[y * f->stride + x]) * 0x100000001b3u;
+            for (int x = 0; x < f->width; x++)
+                h = (h ^ ((const uint32_t *)f->buffer[FV_COLOUR][eye])[y * f->stride + x]) * 0x100000001b3u;
     return h;
 }
 
@@ -76,12 +78,15 @@ static void sequence(struct fv_setup *s, int64_t first, uint64_t out[SEQUENCE])
     }
 }
 
-/* Frame numbers that agree in their low 32 bits give the same bytes, across the wrap and at the end of int64. */
+/* Frame numbers that agree in their low 32 bits give the same bytes, across the wrap and at the end of int64.
+ */
 static void numbers_wrap(void **state)
 {
     (void)state;
-    static const int64_t around[] = {(INT64_C(1) << 32) - 4, (INT64_C(1) << 33) - 4, (INT64_C(1) << 53) - 4, INT64_MAX - UINT32_MAX - 4};
-    static const int64_t half[] = {(INT64_C(1) << 31) - 4, (INT64_C(3) << 31) - 4, INT64_MAX - UINT32_MAX - (INT64_C(1) << 31) - 4};
+    static const int64_t around[] = {(INT64_C(1) << 32) - 4, (INT64_C(1) << 33) - 4, (INT64_C(1) << 53) - 4,
+                                     INT64_MAX - UINT32_MAX - 4};
+    static const int64_t half[] = {(INT64_C(1) << 31) - 4, (INT64_C(3) << 31) - 4,
+                                   INT64_MAX - UINT32_MAX - (INT64_C(1) << 31) - 4};
     static const char *const methods[] = {"method.name=full", "method.name=reproject"};
     for (int m = 0; m < 2; m++) {
         struct fv_setup *s = opened(&setups[m], methods[m]);
@@ -123,7 +128,12 @@ static double brightness(struct fv_setup *s, int64_t number)
 static void seeds_are_even(void **state)
 {
     (void)state;
-    static const int64_t starts[] = {1, (INT64_C(1) << 31) - 8, (INT64_C(1) << 32) / 3 - 8, (INT64_C(1) << 32) - 8, (INT64_C(1) << 53) - 8, INT64_MAX / 3 - 8};
+    static const int64_t starts[] = {1,
+                                     (INT64_C(1) << 31) - 8,
+                                     (INT64_C(1) << 32) / 3 - 8,
+                                     (INT64_C(1) << 32) - 8,
+                                     (INT64_C(1) << 53) - 8,
+                                     INT64_MAX / 3 - 8};
     struct fv_setup *s = opened(&setups[0], "method.name=full");
     double usual = 0;
     for (unsigned k = 0; k < 6; k++) {
@@ -133,7 +143,8 @@ static void seeds_are_even(void **state)
             sum += b / 16, least = fmin(least, b), most = fmax(most, b);
         }
         if (k == 0) usual = sum;
-        print_message("brightness from frame %lld on: %.2f (%.2f to %.2f) of 1023\n", (long long)starts[k], sum, least, most);
+        print_message("brightness from frame %lld on: %.2f (%.2f to %.2f) of 1023\n", (long long)starts[k],
+                      sum, least, most);
         assert_true(fabs(sum / usual - 1) < 2e-3 && most / least < 1.02);
     }
 }
@@ -143,7 +154,8 @@ struct run {
     double first_db;
 };
 
-static void latch(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3], double *uncertainty_deg)
+static void latch(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3],
+                  double *uncertainty_deg)
 {
     struct run *run = context;
     pose_of(run->s, llround((double)t_ns / (double)run->s->loop.period_ns), head, gaze);
@@ -176,7 +188,8 @@ static double decibel(const struct fv_setup *s, int64_t number)
         for (int x = 0; x < f->width; x++) {
             uint32_t a = ((const uint32_t *)f->buffer[FV_COLOUR][0])[y * f->stride + x];
             uint32_t b = ((const uint32_t *)full->loop.frame.buffer[FV_COLOUR][0])[y * f->stride + x];
-            for (int shift = 0; shift < 30; shift += 10) sum += pow((double)(a >> shift & 1023) - (double)(b >> shift & 1023), 2);
+            for (int shift = 0; shift < 30; shift += 10)
+                sum += pow((double)(a >> shift & 1023) - (double)(b >> shift & 1023), 2);
         }
     return 10 * log10(1023.0 * 1023.0 * 3 * f->width * f->height / sum);
 }
@@ -184,9 +197,11 @@ static double decibel(const struct fv_setup *s, int64_t number)
 static bool after(void *context, const struct fv_session *session, const struct fv_frame_record *r)
 {
     struct run *run = context;
-    if (!(isfinite(r->frame_ms) && r->frame_ms >= 0 && r->rays[FV_RAY_PRIMARY] > 0 && r->sampled_fraction > 0 && r->sampled_fraction <= 1))
+    if (!(isfinite(r->frame_ms) && r->frame_ms >= 0 && r->rays[FV_RAY_PRIMARY] > 0 &&
+          r->sampled_fraction > 0 && r->sampled_fraction <= 1))
         fail_msg("frame %lld", (long long)r->frame);
-    if (session->frames % PERIOD == 0 && session->frames <= 10 * PERIOD) run->first_db = decibel(run->s, session->frames - 1);
+    if (session->frames % PERIOD == 0 && session->frames <= 10 * PERIOD)
+        run->first_db = decibel(run->s, session->frames - 1);
     return true;
 }
 
@@ -203,7 +218,8 @@ static void many_frames(void **state)
     run.s->loop.frame.number = (INT64_C(1) << 32) - frames_in_a_row / 2; /* wraps half way */
     fv_loop_run(&run.s->loop, &io, frames_in_a_row);
     double last_db = decibel(run.s, frames_in_a_row - 1);
-    print_message("%.2f dB after %d frames, %.2f after %lld\n", run.first_db, 10 * PERIOD, last_db, (long long)frames_in_a_row);
+    print_message("%.2f dB after %d frames, %.2f after %lld\n", run.first_db, 10 * PERIOD, last_db,
+                  (long long)frames_in_a_row);
     assert_true(session->frames == frames_in_a_row && session->missed <= session->frames);
     assert_true(session->record[PERIOD - 1].t_ns == (PERIOD - 1) * run.s->loop.period_ns);
     assert_true(last_db > 20 && last_db > run.first_db - 1);
@@ -211,7 +227,8 @@ static void many_frames(void **state)
 
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(numbers_wrap), cmocka_unit_test(seeds_are_even), cmocka_unit_test(many_frames)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(numbers_wrap), cmocka_unit_test(seeds_are_even),
+                                       cmocka_unit_test(many_frames)};
     if (argc > 1) frames_in_a_row = strtoll(argv[1], NULL, 10) / PERIOD * PERIOD;
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -102,7 +102,8 @@ static void ten_million_latches(void **state)
         if (n < COMPARED) first[n] = gaze, first_head[n] = head;
     }
     struct fv_sensors_counts c = fv_sensors_counts(s);
-    assert_true(c.gaze_samples == FRAMES && c.imu_samples == FRAMES && c.imu_rejected == 0 && c.gaze_lost == held);
+    assert_true(c.gaze_samples == FRAMES && c.imu_samples == FRAMES && c.imu_rejected == 0 &&
+                c.gaze_lost == held);
     assert_true(held > FRAMES / 10 && held < FRAMES / 3);
     /* A whole number of both tapes' lengths later, with a gap of months before. */
     struct fv_tape tape;
@@ -117,8 +118,7 @@ static void ten_million_latches(void **state)
     for (int64_t rounds = 1; rounds <= 100; rounds *= 10)
         for (int n = 0; n < COMPARED; n++) {
             int64_t later_ns = rounds * gaze_length * head_length;
-            struct fv_sensors *t = n % 25 ? s : opened(settings("tape", "tape"));
-            s = t;
+            if (n % 25 == 0) s = opened(settings("tape", "tape"));
             fv_sensors_latch(s, later_ns + n * period_ns, &head, &gaze);
             assert_memory_equal(&head, &first_head[n], sizeof head);
             if (gaze.held) continue; /* depends on when it was lost */
@@ -132,7 +132,9 @@ static void uncertainty(void **state)
 {
     (void)state;
     static const double holds_ms[] = {0, 5e-324, 1e-6, 250, 1000, 60000}, noises[] = {0, 0.3, 20, 45};
-    const int64_t rows_ns[] = {0, 10 * ms, 20 * ms, 9 * day_ns}, times[] = {20 * ms, 20 * ms, 21 * ms, 20 * ms, -1, -day_ns, INT64_MIN, 1000 * ms, 1020 * ms, 1320 * ms, 61 * ms, day_ns, 2 * day_ns, 8 * day_ns};
+    const int64_t rows_ns[] = {0, 10 * ms, 20 * ms, 9 * day_ns},
+                  times[] = {20 * ms,   20 * ms,   21 * ms,   20 * ms, -1,     -day_ns,    INT64_MIN,
+                             1000 * ms, 1020 * ms, 1320 * ms, 61 * ms, day_ns, 2 * day_ns, 8 * day_ns};
     const double right_deg[] = {-30, 40, NAN, 0};
     write_gazes(4, rows_ns, right_deg);
     for (unsigned h = 0; h < COUNT(holds_ms); h++)
@@ -148,13 +150,17 @@ static void uncertainty(void **state)
                 fv_sensors_latch(s, times[t], &head, &gaze);
                 check_latched(&head, &gaze, noises[n]);
                 long double since_ms = ((long double)times[t] - 15 * ms) / ms;
-                long double lost = since_ms >= (long double)holds_ms[h] ? 1 : since_ms > 0 ? since_ms / (long double)holds_ms[h] : 0;
+                long double lost = since_ms >= (long double)holds_ms[h] ? 1
+                                   : since_ms > 0                       ? since_ms / (long double)holds_ms[h]
+                                                                        : 0;
                 long double expected = noises[n] + fmaxl(20 - noises[n], 0) * lost;
                 assert_true(gaze.held);
-                if (!(fabsl(gaze.uncertainty_deg - expected) < 1e-12L)) fail_msg("hold %g ms, %g ms: %g", holds_ms[h], (double)since_ms, gaze.uncertainty_deg);
+                if (!(fabsl(gaze.uncertainty_deg - expected) < 1e-12L))
+                    fail_msg("hold %g ms, %g ms: %g", holds_ms[h], (double)since_ms, gaze.uncertainty_deg);
                 double angle = atan2(gaze.direction[0][0], -gaze.direction[0][2]) / degree;
                 if (since_ms <= (long double)holds_ms[h]) assert_true(fabs(angle - 40) < 1e-12);
-                if (since_ms >= (long double)holds_ms[h] + 300) assert_true(angle == 0 && gaze.direction[0][2] == -1);
+                if (since_ms >= (long double)holds_ms[h] + 300)
+                    assert_true(angle == 0 && gaze.direction[0][2] == -1);
             }
             fv_sensors_latch(s, 9 * day_ns, &head, &gaze);
             assert_true(!gaze.held && gaze.uncertainty_deg == noises[n]);
@@ -168,7 +174,8 @@ static void fast_heads(void **state)
     static const struct {
         int64_t step_ns;
         double deg_s;
-    } table[] = {{1000000, 2000}, {10000000, 2000}, {10000000, -2000}, {89000000, 2000}, {1000000000, 179.9}, {1000, 2000}, {1000000, 1e-6}, {1, 2000}};
+    } table[] = {{1000000, 2000},     {10000000, 2000}, {10000000, -2000}, {89000000, 2000},
+                 {1000000000, 179.9}, {1000, 2000},     {1000000, 1e-6},   {1, 2000}};
     uint64_t random = 12;
     for (unsigned r = 0; r < COUNT(table); r++) {
         enum { ROWS = 50 };
@@ -177,14 +184,19 @@ static void fast_heads(void **state)
         struct fv_sensors *s = opened(settings("none", "tape"));
         int64_t last_ns = (ROWS - 1) * table[r].step_ns;
         for (int n = 0; n < 2000; n++) {
-            int64_t t_ns = n < 50 ? n * table[r].step_ns : (int64_t)random_between(&random, 0, (double)last_ns);
+            int64_t t_ns =
+                n < 50 ? n * table[r].step_ns : (int64_t)random_between(&random, 0, (double)last_ns);
             struct fv_pose head;
             struct fv_gaze gaze;
             fv_sensors_latch(s, t_ns, &head, &gaze);
             check_latched(&head, &gaze, 0.3);
-            long double rows = (long double)t_ns / table[r].step_ns, yaw[3] = {0, step_deg * rows * LONG_PI / 180, 0};
-            if (!(long_angle(head.rotation, long_exp(yaw)) < 4e-14)) fail_msg("row %u, %lld ns: off by %g", r, (long long)t_ns, long_angle(head.rotation, long_exp(yaw)));
-            assert_true(fabs(head.position_m[0] - (double)rows * 0.1) < 1e-14 && fabs(head.position_m[2] + (double)rows * 1e-6) < 1e-14);
+            long double rows = (long double)t_ns / table[r].step_ns,
+                        yaw[3] = {0, step_deg * rows * LONG_PI / 180, 0};
+            if (!(long_angle(head.rotation, long_exp(yaw)) < 4e-14))
+                fail_msg("row %u, %lld ns: off by %g", r, (long long)t_ns,
+                         long_angle(head.rotation, long_exp(yaw)));
+            assert_true(fabs(head.position_m[0] - (double)rows * 0.1) < 1e-14 &&
+                        fabs(head.position_m[2] + (double)rows * 1e-6) < 1e-14);
         }
         assert_int_equal(fv_sensors_counts(s).imu_rejected, 0);
     }
@@ -223,20 +235,50 @@ static void jumping_gaze(void **state)
 static void tape_times(void **state)
 {
     (void)state;
-    static const struct fv_head_sample heads[] = {{3, {{1, 0, 0}, {1, 0, 0, 0}}}, {8, {{2, 0, 0}, {0, 1, 0, 0}}}, {13, {{3, 0, 0}, {0, 0, 1, 0}}}};
-    static const struct fv_gaze_sample gazes[] = {{3, {{0, 0, -1}, {0, 0, -1}}, true}, {8, {{0.6, 0, -0.8}, {0, 0, -1}}, true}, {13, {{0, 0, -1}, {0, 0.6, -0.8}}, true}};
-    static const int64_t times[] = {INT64_MIN, INT64_MIN + 1, INT64_MIN / 2, -1, 0, 2, 3, 4, 12, 13, 14, 17, 18, 19, INT64_C(1) << 53, INT64_MAX / 2, INT64_MAX - 12, INT64_MAX - 1, INT64_MAX};
+    static const struct fv_head_sample heads[] = {
+        {3, {{1, 0, 0}, {1, 0, 0, 0}}}, {8, {{2, 0, 0}, {0, 1, 0, 0}}}, {13, {{3, 0, 0}, {0, 0, 1, 0}}}};
+    static const struct fv_gaze_sample gazes[] = {{3, {{0, 0, -1}, {0, 0, -1}}, true},
+                                                  {8, {{0.6, 0, -0.8}, {0, 0, -1}}, true},
+                                                  {13, {{0, 0, -1}, {0, 0.6, -0.8}}, true}};
+    static const int64_t times[] = {INT64_MIN,
+                                    INT64_MIN + 1,
+                                    INT64_MIN / 2,
+                                    -1,
+                                    0,
+                                    2,
+                                    3,
+                                    4,
+                                    12,
+                                    13,
+                                    14,
+                                    17,
+                                    18,
+                                    19,
+                                    INT64_C(1) << 53,
+                                    INT64_MAX / 2,
+                                    INT64_MAX - 12,
+                                    INT64_MAX - 1,
+                                    INT64_MAX};
     for (int rows = 1; rows <= 3; rows++) {
         int64_t last = heads[rows - 1].t_ns, length = rows > 1 ? last - 3 + (last - 3) / (rows - 1) : 1;
-        struct fv_tape tape = {.heads = rows, .gazes = rows, .rows = rows, .first_ns = 3, .last_ns = last, .head = heads, .gaze = gazes};
+        struct fv_tape tape = {.heads = rows,
+                               .gazes = rows,
+                               .rows = rows,
+                               .first_ns = 3,
+                               .last_ns = last,
+                               .head = heads,
+                               .gaze = gazes};
         for (unsigned i = 0; i < COUNT(times); i++) {
             struct fv_pose head, same;
             struct fv_gaze_sample gaze, as;
-            __int128 at = times[i] < 3 ? times[i] : times[i] <= last ? times[i] : 3 + ((__int128)times[i] - 3) % length;
+            __int128 at = times[i] < 3       ? times[i]
+                          : times[i] <= last ? times[i]
+                                             : 3 + ((__int128)times[i] - 3) % length;
             fv_tape_head_at(&tape, times[i], &head);
             fv_tape_gaze_at(&tape, times[i], &gaze);
             assert_true(fv_head_pose_good(&head) && gaze.valid == (times[i] >= 3));
-            assert_true(gaze.t_ns <= times[i] && (gaze.valid ? times[i] - gaze.t_ns <= length : gaze.t_ns == times[i]));
+            assert_true(gaze.t_ns <= times[i] &&
+                        (gaze.valid ? times[i] - gaze.t_ns <= length : gaze.t_ns == times[i]));
             if (at < 3) continue;
             fv_tape_head_at(&tape, (int64_t)at, &same);
             fv_tape_gaze_at(&tape, (int64_t)at, &as);
@@ -250,16 +292,31 @@ static void tape_times(void **state)
 static void tape_rows(void **state)
 {
     (void)state;
-    static const char *const times[] = {"9223372036854775807", "9223372036854775808", "-9223372036854775808", "-9223372036854775809", "99999999999999999999999",
-                                        "4611686018427387904", "1000000000000001",    "-1",                   "1e3",                  "nan", "", "0x10"};
+    static const char *const times[] = {"9223372036854775807",
+                                        "9223372036854775808",
+                                        "-9223372036854775808",
+                                        "-9223372036854775809",
+                                        "99999999999999999999999",
+                                        "4611686018427387904",
+                                        "1000000000000001",
+                                        "-1",
+                                        "1e3",
+                                        "nan",
+                                        "",
+                                        "0x10"};
     for (unsigned i = 0; i < COUNT(times); i++) {
         char text[512];
         struct fv_tape tape;
         struct fv_error error;
         struct fv_head_sample heads[3];
-        int size = snprintf(text, sizeof text, "# foveola head 1\nt_ns,position_x_m,position_y_m,position_z_m,rotation_w,rotation_x,rotation_y,rotation_z\n"
-                            "0,0,0,0,1,0,0,0\n%s,0,0,0,1,0,0,0\n5,0,0,0,0,1,0,0\n", times[i]);
-        if (fv_tape_parse(&tape, "test", text, (size_t)size, heads, NULL, &error)) fail_msg("%s: %s", times[i], error.text);
+        int size = snprintf(
+            text, sizeof text,
+            "# foveola head "
+            "1\nt_ns,position_x_m,position_y_m,position_z_m,rotation_w,rotation_x,rotation_y,rotation_z\n"
+            "0,0,0,0,1,0,0,0\n%s,0,0,0,1,0,0,0\n5,0,0,0,0,1,0,0\n",
+            times[i]);
+        if (fv_tape_parse(&tape, "test", text, (size_t)size, heads, NULL, &error))
+            fail_msg("%s: %s", times[i], error.text);
         assert_true(tape.rejected == 1 && tape.heads == 2 && heads[1].t_ns == 5);
     }
 }
@@ -272,12 +329,14 @@ static void what_is_good(void **state)
         double position[3], rotation[4];
         bool good;
     } poses[] = {
-        {{0, 0, 0}, {1, 0, 0, 0}, true},           {{1e4, -1e4, 0}, {0.5, -0.5, 0.5, -0.5}, true}, {{0, 0, 0}, {1.0009, 0, 0, 0}, true},
-        {{0, 0, 0}, {1.0011, 0, 0, 0}, false},     {{0, 0, 0}, {0.9989, 0, 0, 0}, false},          {{0, 0, 0}, {0, 0, 0, 0}, false},
-        {{1.0001e4, 0, 0}, {1, 0, 0, 0}, false},   {{NAN, 0, 0}, {1, 0, 0, 0}, false},             {{0, INFINITY, 0}, {1, 0, 0, 0}, false},
-        {{0, 0, -INFINITY}, {1, 0, 0, 0}, false},  {{0, 0, 0}, {NAN, 0, 0, 0}, false},             {{0, 0, 0}, {1, 0, 0, NAN}, false},
-        {{0, 0, 0}, {INFINITY, 0, 0, 0}, false},   {{0, 0, 0}, {1e200, 0, 0, 0}, false},           {{5e-324, 0, 0}, {1, 5e-324, 0, 0}, true},
-        {{0, 0, 0}, {INFINITY, -INFINITY, 0, 0}, false},
+        {{0, 0, 0}, {1, 0, 0, 0}, true},           {{1e4, -1e4, 0}, {0.5, -0.5, 0.5, -0.5}, true},
+        {{0, 0, 0}, {1.0009, 0, 0, 0}, true},      {{0, 0, 0}, {1.0011, 0, 0, 0}, false},
+        {{0, 0, 0}, {0.9989, 0, 0, 0}, false},     {{0, 0, 0}, {0, 0, 0, 0}, false},
+        {{1.0001e4, 0, 0}, {1, 0, 0, 0}, false},   {{NAN, 0, 0}, {1, 0, 0, 0}, false},
+        {{0, INFINITY, 0}, {1, 0, 0, 0}, false},   {{0, 0, -INFINITY}, {1, 0, 0, 0}, false},
+        {{0, 0, 0}, {NAN, 0, 0, 0}, false},        {{0, 0, 0}, {1, 0, 0, NAN}, false},
+        {{0, 0, 0}, {INFINITY, 0, 0, 0}, false},   {{0, 0, 0}, {1e200, 0, 0, 0}, false},
+        {{5e-324, 0, 0}, {1, 5e-324, 0, 0}, true}, {{0, 0, 0}, {INFINITY, -INFINITY, 0, 0}, false},
     };
     for (unsigned i = 0; i < COUNT(poses); i++) {
         struct fv_pose p;
@@ -288,9 +347,11 @@ static void what_is_good(void **state)
     static const struct {
         double d[3];
         bool good;
-    } gazes[] = {{{0, 0, -1}, true},         {{0.6, 0, -0.8}, true},   {{1, 0, -1e-300}, true}, {{1, 0, 0}, false},         {{0, 0, 1}, false},
-                 {{0, 0, -1.0011}, false},   {{0, 0, -0.9989}, false}, {{0, 0, 0}, false},      {{NAN, 0, -1}, false},      {{0, 0, NAN}, false},
-                 {{INFINITY, 0, -1}, false}, {{0, 0, -INFINITY}, false}, {{0, 0, -1e200}, false}, {{1e-160, 0, -1e-160}, false}};
+    } gazes[] = {{{0, 0, -1}, true},       {{0.6, 0, -0.8}, true},       {{1, 0, -1e-300}, true},
+                 {{1, 0, 0}, false},       {{0, 0, 1}, false},           {{0, 0, -1.0011}, false},
+                 {{0, 0, -0.9989}, false}, {{0, 0, 0}, false},           {{NAN, 0, -1}, false},
+                 {{0, 0, NAN}, false},     {{INFINITY, 0, -1}, false},   {{0, 0, -INFINITY}, false},
+                 {{0, 0, -1e200}, false},  {{1e-160, 0, -1e-160}, false}};
     for (unsigned i = 0; i < COUNT(gazes); i++)
         if (fv_gaze_direction_good(gazes[i].d) != gazes[i].good) fail_msg("gaze %u", i);
 }
@@ -299,7 +360,14 @@ static void what_is_good(void **state)
 static void simulations_do_not_age(void **state)
 {
     (void)state;
-    const int64_t starts[] = {0, day_ns, 10000000 * period_ns, 365 * day_ns, 36500 * day_ns, -day_ns, FV_MOTION_LIMIT_NS - 5000 * ms, -FV_MOTION_LIMIT_NS};
+    const int64_t starts[] = {0,
+                              day_ns,
+                              10000000 * period_ns,
+                              365 * day_ns,
+                              36500 * day_ns,
+                              -day_ns,
+                              FV_MOTION_LIMIT_NS - 5000 * ms,
+                              -FV_MOTION_LIMIT_NS};
     for (unsigned k = 0; k < COUNT(starts); k++) {
         double mean = 0, fastest = 0;
         struct fv_pose a, b;
@@ -310,12 +378,14 @@ static void simulations_do_not_age(void **state)
             int64_t t_ns = starts[k] + n * ms;
             fv_sim_head(9, t_ns, &b);
             fv_sim_gaze(9, t_ns, &gaze);
-            assert_true(fv_head_pose_good(&b) && fv_gaze_direction_good(gaze.direction[0]) && fv_gaze_direction_good(gaze.direction[1]));
+            assert_true(fv_head_pose_good(&b) && fv_gaze_direction_good(gaze.direction[0]) &&
+                        fv_gaze_direction_good(gaze.direction[1]));
             double speed = long_angle(a.rotation, long_unit(long_of(b.rotation))) / degree / 1e-3;
             mean += speed / STEPS;
             fastest = fmax(fastest, speed);
         }
-        print_message("head from %.1e s on: mean %.1f, fastest %.1f deg/s\n", (double)starts[k] * 1e-9, mean, fastest);
+        print_message("head from %.1e s on: mean %.1f, fastest %.1f deg/s\n", (double)starts[k] * 1e-9, mean,
+                      fastest);
         assert_true(mean > 2 && mean < 60 && fastest < 145);
     }
 }
@@ -323,7 +393,9 @@ static void simulations_do_not_age(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(ten_million_latches), cmocka_unit_test(uncertainty), cmocka_unit_test(fast_heads), cmocka_unit_test(jumping_gaze),
-        cmocka_unit_test(tape_times), cmocka_unit_test(tape_rows), cmocka_unit_test(what_is_good), cmocka_unit_test(simulations_do_not_age)};
+        cmocka_unit_test(ten_million_latches), cmocka_unit_test(uncertainty),
+        cmocka_unit_test(fast_heads),          cmocka_unit_test(jumping_gaze),
+        cmocka_unit_test(tape_times),          cmocka_unit_test(tape_rows),
+        cmocka_unit_test(what_is_good),        cmocka_unit_test(simulations_do_not_age)};
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }

@@ -24,7 +24,19 @@ static const double lengths_s[] = {0, -1, NAN, 1e-300, 2e-10, 1e-9, 1e-6, 0.1, 2
 static void every_path_at_every_time(void **state)
 {
     (void)state;
-    const int64_t times[] = {0, 1, -1, 2, 999999999, day_ns, -day_ns, frames_1e7_ns, INT64_MAX / 2, INT64_MAX - 1, INT64_MAX, INT64_MIN + 1, INT64_MIN};
+    const int64_t times[] = {0,
+                             1,
+                             -1,
+                             2,
+                             999999999,
+                             day_ns,
+                             -day_ns,
+                             frames_1e7_ns,
+                             INT64_MAX / 2,
+                             INT64_MAX - 1,
+                             INT64_MAX,
+                             INT64_MIN + 1,
+                             INT64_MIN};
     for (unsigned p = 0; p < COUNT(paths); p++)
         for (unsigned s = 0; s < COUNT(lengths_s); s++)
             for (unsigned t = 0; t < COUNT(times); t++) {
@@ -39,9 +51,12 @@ static void every_path_at_every_time(void **state)
                 assert_true(fabs(n2 - 1) < 4 * DBL_EPSILON);
                 bool stands = paths[p].count <= 5 || p == 3 || !(lengths_s[s] >= 1e-9);
                 for (int i = 0; i < 3 && stands; i++)
-                    assert_true(fabs(pose.position_m[i] - first.position_m[i]) <= 4 * DBL_EPSILON * fabs(first.position_m[i]));
-                for (int i = 0; i < 3 && paths[p].count; i++) assert_true(first.position_m[i] == paths[p].value[i]);
-                for (int i = 0; i < 4 && stands && p != 2 && p != 6; i++) assert_true(fabs(pose.rotation[i] - first.rotation[i]) < 1e-15);
+                    assert_true(fabs(pose.position_m[i] - first.position_m[i]) <=
+                                4 * DBL_EPSILON * fabs(first.position_m[i]));
+                for (int i = 0; i < 3 && paths[p].count; i++)
+                    assert_true(first.position_m[i] == paths[p].value[i]);
+                for (int i = 0; i < 4 && stands && p != 2 && p != 6; i++)
+                    assert_true(fabs(pose.rotation[i] - first.rotation[i]) < 1e-15);
             }
 }
 
@@ -53,8 +68,11 @@ static void period_is_exact(void **state)
     for (unsigned p = 3; p < COUNT(paths); p++)
         for (unsigned s = 5; s < COUNT(lengths_s); s++)
             for (int n = 0; n < 300; n++) {
-                int64_t period_ns = (int64_t)(2e9 * lengths_s[s]), t_ns = (int64_t)random_between(&random, 0, (double)period_ns);
-                int64_t most = INT64_MAX / period_ns - 1, rounds = (int64_t)(random_bits(&random) % (uint64_t)(most < INT64_MAX / 2 ? most : INT64_MAX / 2));
+                int64_t period_ns = (int64_t)(2e9 * lengths_s[s]),
+                        t_ns = (int64_t)random_between(&random, 0, (double)period_ns);
+                int64_t most = INT64_MAX / period_ns - 1,
+                        rounds = (int64_t)(random_bits(&random) %
+                                           (uint64_t)(most < INT64_MAX / 2 ? most : INT64_MAX / 2));
                 struct fv_pose a, b, c;
                 fv_path_pose(&paths[p], lengths_s[s], t_ns, &a);
                 fv_path_pose(&paths[p], lengths_s[s], t_ns + rounds * period_ns, &b);
@@ -70,7 +88,14 @@ static void continuous(void **state)
 {
     (void)state;
     const double seconds = 20;
-    const int64_t starts[] = {0, INT64_C(19990000000), INT64_C(39990000000), -5000000, day_ns - 10000000, frames_1e7_ns, INT64_MAX - 45000000000, INT64_MIN};
+    const int64_t starts[] = {0,
+                              INT64_C(19990000000),
+                              INT64_C(39990000000),
+                              -5000000,
+                              day_ns - 10000000,
+                              frames_1e7_ns,
+                              INT64_MAX - 45000000000,
+                              INT64_MIN};
     for (unsigned p = 4; p < 6; p++) {
         int rows = paths[p].count / 5;
         const double *last = paths[p].value + 5 * (rows - 1);
@@ -78,8 +103,10 @@ static void continuous(void **state)
         fv_path_pose(&paths[p], seconds, 20000000000, &a);
         for (int i = 0; i < 3; i++) assert_true(fabs(a.position_m[i] - last[i]) < 1e-12);
         double step = 0;
-        for (int i = 5; i < paths[p].count; i++) step = fmax(step, fabs(paths[p].value[i] - paths[p].value[i - 5]));
-        double per_ms = 1.9 * (rows - 1) / seconds * 2 * step * 1e-3; /* easing 1.9, slope of the spline below 2 */
+        for (int i = 5; i < paths[p].count; i++)
+            step = fmax(step, fabs(paths[p].value[i] - paths[p].value[i - 5]));
+        double per_ms =
+            1.9 * (rows - 1) / seconds * 2 * step * 1e-3; /* easing 1.9, slope of the spline below 2 */
         for (unsigned s = 0; s < COUNT(starts); s++)
             for (int n = 0; n < 44000; n++) {
                 fv_path_pose(&paths[p], seconds, starts[s] + n * INT64_C(1000000), &a);
@@ -94,6 +121,7 @@ static void continuous(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(every_path_at_every_time), cmocka_unit_test(period_is_exact), cmocka_unit_test(continuous)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(every_path_at_every_time),
+                                       cmocka_unit_test(period_is_exact), cmocka_unit_test(continuous)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

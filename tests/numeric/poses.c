@@ -9,12 +9,39 @@
 
 #define COUNT(table) (sizeof table / sizeof table[0])
 static const double eps = DBL_EPSILON;
-static const double directions[][3] = {{1, 0, 0},         {0, -1, 0},        {0, 0, 1}, {0.6, -0.8, 0},
-                                       {1e-200, 1, 1e-9}, {0.48, 0.6, 0.64}, {-0.36, 0.48, -0.8}};
+static const double directions[][3] = {{1, 0, 0},          {0, -1, 0},        {0, 0, 1},
+                                       {0.6, -0.8, 0},     {1e-200, 1, 1e-9}, {0.48, 0.6, 0.64},
+                                       {-0.36, 0.48, -0.8}};
 /* Angles from the smallest denormal to half a turn; pi as the nearest double lies just below it. */
-static const double angles[] = {0,    5e-324, 1e-310, DBL_MIN, 1e-300, 1e-200, 1e-162, 1e-160, 1e-154, 1e-100, 1e-30,
-                                1e-16, 1e-13, 9e-13,  2.1e-12, 1e-9,   1e-8,   1.9e-4, 2.1e-4, 1e-3,   0.1,    1,
-                                1.5707963267948966, 2, 3, 3.1415, 3.14159265, 3.1415926535, 3.14159265358979};
+static const double angles[] = {0,
+                                5e-324,
+                                1e-310,
+                                DBL_MIN,
+                                1e-300,
+                                1e-200,
+                                1e-162,
+                                1e-160,
+                                1e-154,
+                                1e-100,
+                                1e-30,
+                                1e-16,
+                                1e-13,
+                                9e-13,
+                                2.1e-12,
+                                1e-9,
+                                1e-8,
+                                1.9e-4,
+                                2.1e-4,
+                                1e-3,
+                                0.1,
+                                1,
+                                1.5707963267948966,
+                                2,
+                                3,
+                                3.1415,
+                                3.14159265,
+                                3.1415926535,
+                                3.14159265358979};
 
 static double length_of(const double *v, int n)
 {
@@ -27,22 +54,26 @@ static double length_of(const double *v, int n)
 static void normalise(void **state)
 {
     (void)state;
-    static const double odd[][4] = {{0, 0, 0, 0},       {-0.0, 0, 0, 0},        {NAN, 0, 0, 0},       {0, 1, NAN, 0},
-                                    {INFINITY, 0, 0, 0}, {1, -INFINITY, 0, 0}, {NAN, INFINITY, 0, 0}, {1e308, NAN, 0, 0}};
+    static const double odd[][4] = {{0, 0, 0, 0},          {-0.0, 0, 0, 0},     {NAN, 0, 0, 0},
+                                    {0, 1, NAN, 0},        {INFINITY, 0, 0, 0}, {1, -INFINITY, 0, 0},
+                                    {NAN, INFINITY, 0, 0}, {1e308, NAN, 0, 0}};
     for (unsigned i = 0; i < COUNT(odd); i++) {
         double q[4];
         memcpy(q, odd[i], sizeof q);
         fv_quat_normalise(q);
         assert_true(q[0] == 1 && q[1] == 0 && q[2] == 0 && q[3] == 0);
     }
-    static const double sizes[] = {5e-324, 1e-320, DBL_MIN, 1e-160, 1e-150, 1e-140, 1e-8, 1, 1e8, 1e139, 1e141, 1e154, 1e300, 4e307};
-    static const double shapes[][4] = {{1, 0, 0, 0}, {0, -1, 0, 0}, {1, 1, 1, 1}, {-3, 1, 2, 0}, {1, 1e-9, 0, 1e-200}};
+    static const double sizes[] = {5e-324, 1e-320, DBL_MIN, 1e-160, 1e-150, 1e-140, 1e-8,
+                                   1,      1e8,    1e139,   1e141,  1e154,  1e300,  4e307};
+    static const double shapes[][4] = {
+        {1, 0, 0, 0}, {0, -1, 0, 0}, {1, 1, 1, 1}, {-3, 1, 2, 0}, {1, 1e-9, 0, 1e-200}};
     for (unsigned i = 0; i < COUNT(sizes); i++)
         for (unsigned k = 0; k < COUNT(shapes); k++) {
             double q[4], given[4];
             for (int c = 0; c < 4; c++) q[c] = given[c] = sizes[i] * shapes[k][c];
             fv_quat_normalise(q);
-            if (!(fabs(length_of(q, 4) - 1) < 2 * eps)) fail_msg("size %g, shape %u: length %.17g", sizes[i], k, length_of(q, 4));
+            if (!(fabs(length_of(q, 4) - 1) < 2 * eps))
+                fail_msg("size %g, shape %u: length %.17g", sizes[i], k, length_of(q, 4));
             assert_true(long_angle(q, long_unit(long_of(given))) < 2 * eps);
         }
 }
@@ -68,7 +99,8 @@ static void exponential_and_logarithm(void **state)
                     worst = fmax(worst, fabs(back[i] - r[i]));
                 }
                 assert_true(fabsl(q[0] - e.w) <= 2 * eps);
-                if (!(worst <= 4 * eps * angles[a] + 1e-323)) fail_msg("log of exp of %g along %u: off by %g", angles[a], d, worst);
+                if (!(worst <= 4 * eps * angles[a] + 1e-323))
+                    fail_msg("log of exp of %g along %u: off by %g", angles[a], d, worst);
             }
 }
 
@@ -76,7 +108,8 @@ static void exponential_and_logarithm(void **state)
 static void logarithm(void **state)
 {
     (void)state;
-    static const double sines[] = {0, 5e-324, 1e-300, 1e-162, 1e-155, 9.9e-13, 1.01e-12, 1e-9, 1e-8, 1e-4, 0.5};
+    static const double sines[] = {0,        5e-324, 1e-300, 1e-162, 1e-155, 9.9e-13,
+                                   1.01e-12, 1e-9,   1e-8,   1e-4,   0.5};
     for (unsigned s = 0; s < COUNT(sines); s++)
         for (unsigned d = 0; d < COUNT(directions); d++)
             for (int k = 0; k < 4; k++) { /* identity and half a turn, q and -q */
@@ -86,7 +119,8 @@ static void logarithm(void **state)
                 long double exact[3], angle = long_log(long_unit(long_of(q)), exact);
                 fv_quat_to_vector(q, r);
                 for (int i = 0; i < 3; i++)
-                    if (!(fabsl(r[i] - exact[i]) <= 4 * eps * angle + 1e-323L)) fail_msg("sine %g, direction %u, case %d", sine, d, k);
+                    if (!(fabsl(r[i] - exact[i]) <= 4 * eps * angle + 1e-323L))
+                        fail_msg("sine %g, direction %u, case %d", sine, d, k);
             }
 }
 
@@ -94,7 +128,11 @@ static void logarithm(void **state)
 static void exponential_of_huge_vectors(void **state)
 {
     (void)state;
-    static const double odd[][3] = {{NAN, 0, 0}, {0, INFINITY, 0}, {INFINITY, -INFINITY, NAN}, {1e155, 0, 0}, {DBL_MAX, DBL_MAX, DBL_MAX}};
+    static const double odd[][3] = {{NAN, 0, 0},
+                                    {0, INFINITY, 0},
+                                    {INFINITY, -INFINITY, NAN},
+                                    {1e155, 0, 0},
+                                    {DBL_MAX, DBL_MAX, DBL_MAX}};
     for (unsigned i = 0; i < COUNT(odd); i++) {
         double q[4];
         fv_quat_from_vector(odd[i], q);
@@ -126,9 +164,11 @@ static void slerp(void **state)
                 fv_quat_from_vector(r, step);
                 fv_quat_multiply(from, step, to);
                 fv_quat_slerp(from, to, parts[p], out);
-                struct long_rotation exact = long_slerp(long_unit(long_of(from)), long_unit(long_of(to)), parts[p]);
+                struct long_rotation exact =
+                    long_slerp(long_unit(long_of(from)), long_unit(long_of(to)), parts[p]);
                 double limit = 6 * eps * (1 + fabs(parts[p]));
-                if (!(long_angle(out, exact) <= limit)) fail_msg("angle %.17g, part %g: off by %g", angles[a], parts[p], long_angle(out, exact));
+                if (!(long_angle(out, exact) <= limit))
+                    fail_msg("angle %.17g, part %g: off by %g", angles[a], parts[p], long_angle(out, exact));
                 for (int i = 0; i < 4; i++) minus[i] = -to[i];
                 fv_quat_slerp(from, minus, parts[p], minus);
                 assert_true(long_angle(minus, exact) <= limit);
@@ -185,7 +225,8 @@ static void products_and_rotations(void **state)
         long double small[3] = {q.position_m[0], q.position_m[1], q.position_m[2]};
         long_rotate(long_unit(la), small, exact);
         for (int i = 0; i < 3; i++)
-            assert_true(fabsl(sum.position_m[i] - (p.position_m[i] + exact[i])) <= eps * fabs(p.position_m[i]));
+            assert_true(fabsl(sum.position_m[i] - (p.position_m[i] + exact[i])) <=
+                        eps * fabs(p.position_m[i]));
     }
 }
 
@@ -197,20 +238,25 @@ static void yaw_pitch_roll(void **state)
     for (unsigned y = 0; y < COUNT(turns); y++)
         for (unsigned p = 0; p < COUNT(turns); p++)
             for (unsigned r = 0; r < COUNT(turns); r++) {
-                long double yaw[3] = {0, turns[y], 0}, pitch[3] = {turns[p], 0, 0}, roll[3] = {0, 0, turns[r]};
+                long double yaw[3] = {0, turns[y], 0}, pitch[3] = {turns[p], 0, 0},
+                            roll[3] = {0, 0, turns[r]};
                 double q[4];
                 fv_quat_from_yaw_pitch_roll(turns[y], turns[p], turns[r], q);
-                struct long_rotation exact = long_product(long_product(long_exp(yaw), long_exp(pitch)), long_exp(roll));
+                struct long_rotation exact =
+                    long_product(long_product(long_exp(yaw), long_exp(pitch)), long_exp(roll));
                 assert_true(fabs(length_of(q, 4) - 1) < 4 * eps && long_angle(q, exact) < 6 * eps);
             }
 }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(normalise), cmocka_unit_test(exponential_and_logarithm), cmocka_unit_test(logarithm),
-        cmocka_unit_test(exponential_of_huge_vectors), cmocka_unit_test(slerp),
-        cmocka_unit_test(slerp_half_a_turn_apart), cmocka_unit_test(products_and_rotations),
-        cmocka_unit_test(yaw_pitch_roll)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(normalise),
+                                       cmocka_unit_test(exponential_and_logarithm),
+                                       cmocka_unit_test(logarithm),
+                                       cmocka_unit_test(exponential_of_huge_vectors),
+                                       cmocka_unit_test(slerp),
+                                       cmocka_unit_test(slerp_half_a_turn_apart),
+                                       cmocka_unit_test(products_and_rotations),
+                                       cmocka_unit_test(yaw_pitch_roll)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

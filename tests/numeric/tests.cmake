@@ -1,5 +1,6 @@
 fv_test(numeric offsets rt)
 fv_test(numeric shading rt)
+fv_test(numeric glm rt)
 fv_test(numeric metrics rt)
 fv_test(numeric integrators sensors)
 fv_test(numeric predictors sensors)
