@@ -36,8 +36,9 @@ struct fv_map {
     float m[3][3], t[3];
 };
 
-/* `pose`: of the eye, finite and of unit rotation: settings and sensors let no other in; `gaze`: unit vector in the eye's frame (x right, y up, -z ahead). A gaze
- * that is not finite or points backwards counts as straight ahead. */
+/* `pose`: of the eye, finite and of unit rotation: settings and sensors let no other in. `gaze`: unit vector in
+ * the eye's frame (x right, y up, -z ahead); one that is not finite or points backwards counts as straight
+ * ahead. */
 void fv_view_set(struct fv_view *view, const struct fv_lens *lens, const struct fv_pose *pose,
                  const double gaze[3]);
 
