@@ -19,7 +19,8 @@ static int read_picture(struct fv_metrics_picture *picture, const char *path, st
     uint8_t *pixels;
     int width, height, channels;
     if (fv_file_read(path, FILE_BYTES_MAX, &file, &size, error)) return -1;
-    int result = fv_image_decode((const uint8_t *)file, size, path, &pixels, &width, &height, &channels, error);
+    int result =
+        fv_image_decode((const uint8_t *)file, size, path, &pixels, &width, &height, &channels, error);
     free(file);
     if (result) return -1;
     if (channels < 3) {
@@ -34,22 +35,29 @@ static int read_picture(struct fv_metrics_picture *picture, const char *path, st
     return 0;
 }
 
-static int read_both(struct fv_metrics_picture picture[2], const struct fv_arguments *a, struct fv_error *error)
+static int read_both(struct fv_metrics_picture picture[2], const struct fv_arguments *a,
+                     struct fv_error *error)
 {
     const char *const *name = a->operand;
     if (a->operands < 2)
         return fv_error_set(error, "compare: name two pictures: foveola compare REFERENCE.png TEST.png");
     if (read_picture(&picture[0], name[0], error) || read_picture(&picture[1], name[1], error)) return -1;
     if (picture[0].width == picture[1].width && picture[0].height == picture[1].height) return 0;
-    return fv_error_set(error, "%.200s: %d x %d pixels, must be %d x %d as %.200s is", name[1], picture[1].width,
-                        picture[1].height, picture[0].width, picture[0].height, name[0]);
+    return fv_error_set(error, "%.200s: %d x %d pixels, must be %d x %d as %.200s is", name[1],
+                        picture[1].width, picture[1].height, picture[0].width, picture[0].height, name[0]);
 }
 
-static void print_value(struct fv_writer *out, const char *metric, int zone, double value)
+static void print_value(struct fv_writer *out, double value, const char *metric, const char *joint,
+                        const char *zone)
 {
-    fv_writer_print(out, zone < 0 ? "%s " : "%s_%s ", metric, zone < 0 ? "" : fv_zones[zone].name);
+    fv_writer_print(out, "%s%s%s ", metric, joint, zone);
     if (isnan(value)) fv_writer_print(out, "nan\n"); /* whatever its sign */
     else fv_writer_print(out, "%.6f\n", value);
+}
+
+static void print_zones(struct fv_writer *out, const char *metric, const double value[FV_ZONES])
+{
+    for (int z = 0; z < FV_ZONE_ALL; z++) print_value(out, value[z], metric, "_", fv_zones[z].name);
 }
 
 /* In the order of measure.csv's columns, and then what it has no columns for. */
@@ -59,11 +67,10 @@ static void print_errors(struct fv_writer *out, const struct fv_errors *e)
         const char *name;
         const double *value;
     } rest[] = {{"rmse", e->rmse}, {"ssim", e->ssim}, {"flip", e->flip}};
-    print_value(out, "psnr", FV_ZONE_ALL, e->psnr[FV_ZONE_ALL]);
-    for (int z = 0; z < FV_ZONE_ALL; z++) print_value(out, "psnr", z, e->psnr[z]);
-    for (int i = 0; i < 3; i++) print_value(out, rest[i].name, -1, rest[i].value[FV_ZONE_ALL]);
-    for (int i = 0; i < 3; i++)
-        for (int z = 0; z < FV_ZONE_ALL; z++) print_value(out, rest[i].name, z, rest[i].value[z]);
+    print_value(out, e->psnr[FV_ZONE_ALL], "psnr", "_", fv_zones[FV_ZONE_ALL].name);
+    print_zones(out, "psnr", e->psnr);
+    for (int i = 0; i < 3; i++) print_value(out, rest[i].value[FV_ZONE_ALL], rest[i].name, "", "");
+    for (int i = 0; i < 3; i++) print_zones(out, rest[i].name, rest[i].value);
 }
 
 int fv_verb_compare(const struct fv_arguments *a)
@@ -78,7 +85,8 @@ int fv_verb_compare(const struct fv_arguments *a)
         return FV_EXIT_UNUSABLE;
     }
     int width = picture[0].width, height = picture[0].height;
-    double gaze_x = a->has_gaze ? a->gaze_px[0] : 0.5 * width, gaze_y = a->has_gaze ? a->gaze_px[1] : 0.5 * height;
+    double gaze_x = a->has_gaze ? a->gaze_px[0] : 0.5 * width;
+    double gaze_y = a->has_gaze ? a->gaze_px[1] : 0.5 * height;
     double degree = M_PI / 180;
     double focal_px = a->fov_deg > 0 ? 0.5 * width / tan(0.5 * a->fov_deg * degree) : a->ppd / degree;
     uint8_t *zone = fv_arena_take(fv_arena(), "zones", (size_t)width * (size_t)height, 64);

@@ -38,7 +38,8 @@ static int read_config(struct fv_arguments *a, const char *value)
 
 static int read_set(struct fv_arguments *a, const char *value)
 {
-    if (a->request.sets == 64) return unusable("--set %s: at most 64 of them; put the rest into a settings file", value);
+    if (a->request.sets == 64)
+        return unusable("--set %s: at most 64 of them; put the rest into a settings file", value);
     a->request.set[a->request.sets++] = value;
     return 0;
 }
@@ -59,7 +60,9 @@ static int read_frames(struct fv_arguments *a, const char *value)
     return 0;
 }
 
-static bool read_number(double *out, const char *text, char closing, double least, double most, const char **end)
+/* Reads a number in [least, most] that ends with `closing`; *end: what is behind that. */
+static bool read_number(double *out, const char *text, char closing, double least, double most,
+                        const char **end)
 {
     char *stop;
     *out = strtod(text, &stop);
@@ -86,7 +89,8 @@ static int read_fov(struct fv_arguments *a, const char *value)
 static int read_gaze(struct fv_arguments *a, const char *value)
 {
     const char *at;
-    if (!read_number(&a->gaze_px[0], value, ',', -1e6, 1e6, &at) || !read_number(&a->gaze_px[1], at, 0, -1e6, 1e6, &at))
+    if (!read_number(&a->gaze_px[0], value, ',', -1e6, 1e6, &at) ||
+        !read_number(&a->gaze_px[1], at, 0, -1e6, 1e6, &at))
         return unusable("--gaze %s: must be two numbers of pixels, x,y, as in --gaze 320,240", value);
     a->has_gaze = true;
     return 0;
@@ -118,11 +122,13 @@ static int read_arguments(int verb, int count, char **text, struct fv_arguments 
     for (int i = 0; i < count; i++) {
         const char *value = strchr(text[i], '=');
         if (strncmp(text[i], "--", 2) != 0) {
-            if (a->operands == fv_verbs[verb].operands) return unusable("'%s': not expected here; see 'foveola help'", text[i]);
+            if (a->operands == fv_verbs[verb].operands)
+                return unusable("'%s': not expected here; see 'foveola help'", text[i]);
             a->operand[a->operands++] = text[i];
             continue;
         }
-        const struct option *o = find_option(verb, text[i], value ? (size_t)(value - text[i]) : strlen(text[i]));
+        size_t length = value ? (size_t)(value - text[i]) : strlen(text[i]);
+        const struct option *o = find_option(verb, text[i], length);
         if (!o) return unusable("%s: this verb has no such option; see 'foveola help'", text[i]);
         if (value) value++;
         else if (++i < count) value = text[i];

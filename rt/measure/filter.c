@@ -1,28 +1,37 @@
-/* filter: see filter.h. A step's sums stay in registers over all weights. */
+/* filter: see filter.h. A step's sums stay in registers over all weights. Vectors are written out here:
+ * over the weights, which compilers may choose otherwise, they would cost more than they save. */
 #include "rt/measure/filter.h"
 
-#include <string.h>
+#include "rt/trace/simd.h"
+
+enum { VECTORS = FV_FILTER_STEP / FV_WIDTH };
+
+static inline void add_weighted(vf sum[VECTORS], const float *in, float weight)
+{
+    for (int i = 0; i < VECTORS; i++) sum[i] += vf_of(weight) * vf_load(in + i * FV_WIDTH);
+}
+
+static inline void store(float *out, const vf sum[VECTORS])
+{
+    for (int i = 0; i < VECTORS; i++) vf_store(out + i * FV_WIDTH, sum[i]);
+}
 
 void fv_filter_across(float *restrict out, const float *restrict in, const float *weight, int radius, int n)
 {
     for (int x = 0; x < n; x += FV_FILTER_STEP) {
-        float sum[FV_FILTER_STEP] = {0};
-        for (int k = -radius; k <= radius; k++)
-            for (int i = 0; i < FV_FILTER_STEP; i++) sum[i] += weight[k] * in[x + k + i];
-        memcpy(out + x, sum, sizeof sum);
+        vf sum[VECTORS] = {{0}};
+        for (int k = -radius; k <= radius; k++) add_weighted(sum, in + x + k, weight[k]);
+        store(out + x, sum);
     }
 }
 
-void fv_filter_down(float *restrict out, const float *const *row, ptrdiff_t offset, const float *weight, int radius,
-                    int n)
+void fv_filter_down(float *restrict out, const float *const *row, ptrdiff_t offset, const float *weight,
+                    int radius, int n)
 {
     for (int x = 0; x < n; x += FV_FILTER_STEP) {
-        float sum[FV_FILTER_STEP] = {0};
-        for (int k = -radius; k <= radius; k++) {
-            const float *in = row[k] + offset + x;
-            for (int i = 0; i < FV_FILTER_STEP; i++) sum[i] += weight[k] * in[i];
-        }
-        memcpy(out + x, sum, sizeof sum);
+        vf sum[VECTORS] = {{0}};
+        for (int k = -radius; k <= radius; k++) add_weighted(sum, row[k] + offset + x, weight[k]);
+        store(out + x, sum);
     }
 }
 

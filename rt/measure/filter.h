@@ -13,8 +13,8 @@ enum { FV_FILTER_STEP = 16 };
 void fv_filter_across(float *restrict out, const float *restrict in, const float *weight, int radius, int n);
 
 /* out[x] = sum of weight[k] row[k][offset + x], k from -radius to radius; both point at the middle one. */
-void fv_filter_down(float *restrict out, const float *const *row, ptrdiff_t offset, const float *weight, int radius,
-                    int n);
+void fv_filter_down(float *restrict out, const float *const *row, ptrdiff_t offset, const float *weight,
+                    int radius, int n);
 
 /* What stands in for index i outside of [0, n): the nearest inside; or the mirror image, the edge between
  * the first and its image, as often as it takes. */

@@ -40,7 +40,8 @@ static double depth_at(const struct corners *c, const float *inverse_depth, int6
 }
 
 /* Sum of the channels' absolute differences between a pixel and the picture there. */
-static double difference_at(const struct corners *c, const uint8_t *now, const struct fv_metrics_picture *before)
+static double difference_at(const struct corners *c, const uint8_t *now,
+                            const struct fv_metrics_picture *before)
 {
     double sum = 0;
     for (int k = 0; k < 3; k++) {
@@ -69,7 +70,8 @@ double fv_flicker(const struct fv_metrics_picture *now, const struct fv_metrics_
                 seen[i] = (double)map->m[i][0] * (x + 0.5) + (double)map->m[i][1] * (y + 0.5) +
                           (double)map->m[i][2] + (double)map->t[i] * w;
             if (!(w >= 0 && seen[2] > 0)) continue;
-            if (!set_corners(&corners, seen[0] / seen[2], seen[1] / seen[2], now->width, now->height)) continue;
+            if (!set_corners(&corners, seen[0] / seen[2], seen[1] / seen[2], now->width, now->height))
+                continue;
             double expected = w / seen[2], found = depth_at(&corners, inverse_depth_before, stride);
             if (!(fabs(found - expected) <= 0.01 * expected)) continue;
             sum += difference_at(&corners, now->pixel + y * now->stride_bytes + x * now->step, before);

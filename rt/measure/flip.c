@@ -26,9 +26,8 @@ static const double feature_deg = 0.082;
 static const float xyz_of_rgb[3][3] = {{0.433895389f, 0.376242373f, 0.189862239f},
                                        {0.212636822f, 0.715182982f, 0.072180196f},
                                        {0.017752423f, 0.109465629f, 0.872781948f}};
-static const float rgb_of_opponent[3][3] = {{1, 3.080341988f, 0.542943019f},
-                                            {1, -0.921178396f, -0.045248412f},
-                                            {1, 0.052881293f, -1.151129913f}};
+static const float rgb_of_opponent[3][3] = {
+    {1, 3.080341988f, 0.542943019f}, {1, -0.921178396f, -0.045248412f}, {1, 0.052881293f, -1.151129913f}};
 
 static void set_filter(struct fv_flip_filter *filter, int radius, const double *weight, double scale)
 {
@@ -41,7 +40,7 @@ static void set_filter(struct fv_flip_filter *filter, int radius, const double *
 
 static void set_sensitivity(struct fv_flip *flip, double ppd)
 {
-    static double weight[4][2 * FV_FLIP_RADIUS_MAX + 1];
+    double weight[4][2 * FV_FLIP_RADIUS_MAX + 1];
     double sum[4] = {0}, total[4];
     int radius = (int)ceil(3 * sqrt(widest_b / (2 * pi * pi)) * ppd);
     for (int i = 0; i < 4; i++) {
@@ -69,7 +68,7 @@ static void set_feature(struct fv_flip_filter *filter, int radius, double *weigh
 
 static void set_features(struct fv_flip *flip, double ppd)
 {
-    static double weight[3][2 * FV_FLIP_RADIUS_MAX + 1];
+    double weight[3][2 * FV_FLIP_RADIUS_MAX + 1];
     double sigma = 0.5 * feature_deg * ppd;
     int radius = (int)ceil(3 * sigma);
     for (int k = -radius; k <= radius; k++) {
@@ -81,7 +80,7 @@ static void set_features(struct fv_flip *flip, double ppd)
     for (int i = 0; i < 3; i++) set_feature(&flip->feature[i], radius, weight[i]);
 }
 
-/* x^y for x >= 0, y in [0, 1], to 3e-7 of the value; 0^0 is 1. The logarithm's series in
+/* x^y for x >= 0, y in [0, 1], to 2e-6 of the value from x = 1e-6 up; 0^0 is 1. The logarithm's series in
  * (m - 1) / (m + 1) and the exponential's; both need no more terms over half an octave to each side. */
 static inline float power(float x, float y)
 {
@@ -92,14 +91,15 @@ static inline float power(float x, float y)
     bits -= exponent * (1 << 23);
     memcpy(&mantissa, &bits, 4);
     float t = (mantissa - 1) / (mantissa + 1), s = t * t;
-    float logarithm = (float)exponent + t * (2.88539008f + s * (0.961796694f + s * (0.577078016f + s * 0.412198583f)));
+    float logarithm = 0.577078016f + s * 0.412198583f;
+    logarithm = (float)exponent + t * (2.88539008f + s * (0.961796694f + s * logarithm));
     float z = y * logarithm;
     int32_t whole = (int32_t)(z + 127.5f) - 127;
     float f = z - (float)whole;
     bits = (whole + 127) * (1 << 23);
     memcpy(&scale, &bits, 4);
-    float value = 1 + f * (0.693147181f + f * (0.240226507f + f * (0.0555041087f +
-                  f * (0.00961812911f + f * (0.00133335581f + f * 0.000154035304f)))));
+    float value = 0.00961812911f + f * (0.00133335581f + f * 0.000154035304f);
+    value = 1 + f * (0.693147181f + f * (0.240226507f + f * (0.0555041087f + f * value)));
     return x > 1e-37f ? value * scale : y > 0 ? 0 : 1;
 }
 
@@ -167,14 +167,16 @@ static const float *middle(const struct fv_flip_filter *filter)
     return filter->weight + filter->radius;
 }
 
-void fv_flip_across(const struct fv_flip *flip, float *const channel[3], float *plane, ptrdiff_t stride, int n)
+void fv_flip_across(const struct fv_flip *flip, float *const channel[3], float *plane, ptrdiff_t stride,
+                    int n)
 {
     static const int channel_of[4] = {0, 1, 2, 2};
     for (int i = 0; i < 4; i++)
         fv_filter_across(plane + i * stride, channel[channel_of[i]], middle(&flip->sensitivity[i]),
                          flip->sensitivity[i].radius, n);
     for (int i = 0; i < 3; i++)
-        fv_filter_across(plane + (4 + i) * stride, channel[0], middle(&flip->feature[i]), flip->feature[i].radius, n);
+        fv_filter_across(plane + (4 + i) * stride, channel[0], middle(&flip->feature[i]),
+                         flip->feature[i].radius, n);
 }
 
 /* Rows of filtered Y, X - Y and the two terms of Y - Z, to L, a, b in the first three. */
@@ -214,7 +216,8 @@ void fv_flip_down(const struct fv_flip *flip, const float *const *row, ptrdiff_t
     filter = flip->feature;
     for (int i = 0; i < 4; i++) {
         const struct fv_flip_filter *f = &filter[feature[i].filter];
-        fv_filter_down(out + (4 + i) * stride, row, offset + feature[i].plane * stride, middle(f), f->radius, n);
+        fv_filter_down(out + (4 + i) * stride, row, offset + feature[i].plane * stride, middle(f), f->radius,
+                       n);
     }
     rows_to_length(out + 4 * stride, out + 5 * stride, out + 3 * stride, n);
     rows_to_length(out + 6 * stride, out + 7 * stride, out + 4 * stride, n);
@@ -234,8 +237,8 @@ void fv_flip_judge(const struct fv_flip *flip, const float *reference, const flo
         }
         float c = colour_difference(a, b);
         c = clamp_unit(c < bend ? c * below : (float)p_t + (c - bend) * above);
-        float edge = fabsf(a[3] - b[3]), point = fabsf(a[4] - b[4]), most_of_both = edge > point ? edge : point;
-        float feature = clamp_unit(sqrtf(most_of_both * 0.707106781f)); /* q_f = 0.5 */
+        float edge = fabsf(a[3] - b[3]), point = fabsf(a[4] - b[4]);
+        float feature = clamp_unit(sqrtf((edge > point ? edge : point) * 0.707106781f)); /* q_f = 0.5 */
         out[i] = power(c, 1 - feature);
     }
 }

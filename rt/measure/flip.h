@@ -21,7 +21,7 @@ struct fv_flip {
     struct fv_flip_filter sensitivity[4], sensitivity_down[4];
     /* Gaussian, its first derivative (edges) and its second (points). */
     struct fv_flip_filter feature[3];
-    int radius; /* the largest */
+    int radius;       /* the largest */
     float colour_max; /* the largest colour difference, to the power of q_c */
 };
 
@@ -33,7 +33,8 @@ void fv_flip_opponent(const float *restrict red, const float *restrict green, co
                       float *const channel[3], int n);
 
 /* plane[i * stride + x]; the channels reach `flip->radius` elements beyond both ends. */
-void fv_flip_across(const struct fv_flip *flip, float *const channel[3], float *plane, ptrdiff_t stride, int n);
+void fv_flip_across(const struct fv_flip *flip, float *const channel[3], float *plane, ptrdiff_t stride,
+                    int n);
 
 /* row[k] + offset: the planes of the row k below, k from -radius to radius. out: FV_FLIP_ROWS rows of
  * `stride`: lightness and the two opponent colours, edges, points, and scratch. */

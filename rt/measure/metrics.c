@@ -22,6 +22,8 @@ enum {
     SSIM_PLANE = 2 * FV_FLIP_PLANES,
     PLANES = SSIM_PLANE + FV_SSIM_PLANES
 };
+/* More lanes than this would gain little: each filters the rows around its bands once more. */
+enum { LANES_MAX = 16 };
 /* Rows that reach beyond both ends: three channels, two pictures' luma, their squares and product. */
 enum { WIDE_ROWS = 7, RESULT_ROWS = 2 * FV_FLIP_ROWS + FV_SSIM_PLANES + 1 };
 
@@ -46,7 +48,7 @@ struct fv_metrics {
     struct fv_flip flip;
     struct fv_ssim ssim;
     float linear[256];
-    struct lane lane[FV_WORKERS_MAX];
+    struct lane lane[LANES_MAX];
     struct sums (*sums)[FV_ZONE_ALL]; /* of each row */
     float *flip_map;
     /* The comparison under way. */
@@ -84,7 +86,7 @@ struct fv_metrics *fv_metrics_open(int width, int height, double ppd)
     for (int i = 0; i < 256; i++) m->linear[i] = fv_srgb_to_linear((uint8_t)i);
     m->radius = m->flip.radius > FV_SSIM_RADIUS ? m->flip.radius : FV_SSIM_RADIUS;
     m->slots = 2 * m->radius + 1;
-    m->lanes = fv_threads_cores();
+    m->lanes = fv_threads_cores() < LANES_MAX ? fv_threads_cores() : LANES_MAX;
     for (int i = 0; i < m->lanes; i++) take_lane(m, &m->lane[i]);
     m->sums = take((size_t)height * sizeof *m->sums);
     m->flip_map = take((size_t)width * (size_t)height * sizeof *m->flip_map);
@@ -117,9 +119,11 @@ static void row_into_ring(const struct fv_metrics *m, const struct lane *lane, i
             for (int x = 0; x < n; x++) colour[k][x] = m->linear[pixel[x * step + k]];
         fv_flip_opponent(colour[0], colour[1], colour[2], lane->wide, n);
         for (int k = 0; k < 3; k++) fv_border_extend(lane->wide[k], n, m->flip.radius, fv_border_nearest);
-        fv_flip_across(&m->flip, lane->wide, ring + (p ? TEST_PLANE : REFERENCE_PLANE) * m->stride, m->stride, n);
+        fv_flip_across(&m->flip, lane->wide, ring + (p ? TEST_PLANE : REFERENCE_PLANE) * m->stride, m->stride,
+                       n);
     }
-    fv_ssim_across(&m->ssim, luma[0], luma[1], luma[2], luma[3], ring + SSIM_PLANE * m->stride, m->stride, m->width);
+    fv_ssim_across(&m->ssim, luma[0], luma[1], luma[2], luma[3], ring + SSIM_PLANE * m->stride, m->stride,
+                   m->width);
 }
 
 static void sum_row(const struct fv_metrics *m, int y, const float *ssim, const float *flip)
@@ -205,8 +209,9 @@ static void set_errors(const struct fv_metrics *m, struct fv_errors *errors)
     }
 }
 
-void fv_metrics_compare(struct fv_metrics *m, struct fv_workers *workers, const struct fv_metrics_picture *reference,
-                        const struct fv_metrics_picture *test, const uint8_t *zone, struct fv_errors *errors)
+void fv_metrics_compare(struct fv_metrics *m, struct fv_workers *workers,
+                        const struct fv_metrics_picture *reference, const struct fv_metrics_picture *test,
+                        const uint8_t *zone, struct fv_errors *errors)
 {
     assert(reference->width == m->width && reference->height == m->height);
     assert(test->width == m->width && test->height == m->height);

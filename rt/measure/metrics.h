@@ -43,8 +43,8 @@ struct fv_errors {
 
 struct fv_metrics; /* opaque: the scratch of one picture size, in the arena */
 
-/* All memory is taken here, for as many threads as there are cores. ppd: pixels per degree of FLIP's
- * viewer; outside of [1, 1000] it counts as the nearer end. */
+/* All memory is taken here, for as many threads as there are cores, at most 16. ppd: pixels per degree of
+ * FLIP's viewer; outside of [1, 1000] it counts as the nearer end. */
 struct fv_metrics *fv_metrics_open(int width, int height, double ppd);
 
 /* zone[y * width + x]: FV_ZONE_FOVEA to FV_ZONE_FAR of each pixel's centre. By a view's own gaze, or for

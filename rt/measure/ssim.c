@@ -21,8 +21,8 @@ void fv_ssim_luma(const float *red, const float *green, const float *blue, float
     for (int i = 0; i < n; i++) out[i] = 0.299f * red[i] + 0.587f * green[i] + 0.114f * blue[i] - middle_grey;
 }
 
-void fv_ssim_across(const struct fv_ssim *ssim, const float *reference, const float *test, float *restrict squares,
-                    float *restrict product, float *plane, ptrdiff_t stride, int n)
+void fv_ssim_across(const struct fv_ssim *ssim, const float *reference, const float *test,
+                    float *restrict squares, float *restrict product, float *plane, ptrdiff_t stride, int n)
 {
     for (int i = -FV_SSIM_RADIUS; i < n + FV_SSIM_RADIUS; i++) {
         squares[i] = reference[i] * reference[i] + test[i] * test[i];
@@ -44,7 +44,8 @@ void fv_ssim_down(const struct fv_ssim *ssim, const float *const *row, ptrdiff_t
 {
     const float c1 = 0.01f * 255 * 0.01f * 255, c2 = 0.03f * 255 * 0.03f * 255;
     for (int i = 0; i < FV_SSIM_PLANES; i++)
-        fv_filter_down(scratch + i * stride, row, offset + i * stride, ssim->weight + FV_SSIM_RADIUS, FV_SSIM_RADIUS, n);
+        fv_filter_down(scratch + i * stride, row, offset + i * stride, ssim->weight + FV_SSIM_RADIUS,
+                       FV_SSIM_RADIUS, n);
     const float *restrict a = scratch, *restrict b = a + stride;
     const float *restrict squares = b + stride, *restrict product = squares + stride;
     for (int i = 0; i < n; i++) {

@@ -48,7 +48,8 @@ static double ssim_at(const struct judged *j, int x, int y)
 
 static double direct_ssim(const struct judged *j)
 {
-    int across = j->width >= 11 ? 5 : (j->width - 1) / 2, down = j->height >= 11 ? 5 : (j->height - 1) / 2, n = 0;
+    int across = j->width >= 11 ? 5 : (j->width - 1) / 2, down = j->height >= 11 ? 5 : (j->height - 1) / 2;
+    int n = 0;
     double sum = 0;
     for (int y = down; y < j->height - down; y++)
         for (int x = across; x < j->width - across; x++, n++) sum += ssim_at(j, x, y);
@@ -109,7 +110,8 @@ static void hunt_lab(const double rgb[3], double lab[3])
 /* The picture as the viewer's eye passes it on, at one pixel. */
 static void seen_at(const uint8_t *pixels, const struct judged *j, int x, int y, double ppd, double lab[3])
 {
-    static const double a[3][2] = {{1, 0}, {1, 0}, {34.1, 13.5}}, b[3][2] = {{0.0047, 1e-5}, {0.0053, 1e-5}, {0.04, 0.025}};
+    static const double a[3][2] = {{1, 0}, {1, 0}, {34.1, 13.5}};
+    static const double b[3][2] = {{0.0047, 1e-5}, {0.0053, 1e-5}, {0.04, 0.025}};
     int radius = (int)ceil(3 * sqrt(0.04 / (2 * M_PI * M_PI)) * ppd);
     double sum[3] = {0}, weights[3] = {0}, c[3], w[3], rgb[3];
     for (int v = -radius; v <= radius; v++)
@@ -118,7 +120,8 @@ static void seen_at(const uint8_t *pixels, const struct judged *j, int x, int y,
             ycxcz_at(pixels, j, x + u, y + v, c);
             for (int k = 0; k < 3; k++) {
                 double g = 0;
-                for (int i = 0; i < 2; i++) g += a[k][i] * sqrt(M_PI / b[k][i]) * exp(-M_PI * M_PI * d2 / b[k][i]);
+                for (int i = 0; i < 2; i++)
+                    g += a[k][i] * sqrt(M_PI / b[k][i]) * exp(-M_PI * M_PI * d2 / b[k][i]);
                 sum[k] += g * c[k];
                 weights[k] += g;
             }
@@ -177,9 +180,9 @@ static const struct {
     double ppd;
     int contrast, error;
 } pictures[] = {
-    {1, 1, 67, 50, 50},  {11, 1, 20, 50, 20},   {1, 13, 20, 90, 3},    {2, 2, 3, 10, 100}, {10, 12, 12, 127, 255},
-    {11, 11, 8, 30, 30}, {17, 16, 33.3, 60, 5}, {33, 9, 1.7, 200, 60}, {24, 20, 20, 4, 1}, {12, 12, 67, 0, 40},
-    {40, 3, 12, 255, 0}, {16, 15, 5, 1, 255},
+    {1, 1, 67, 50, 50},     {11, 1, 20, 50, 20}, {1, 13, 20, 90, 3},    {2, 2, 3, 10, 100},
+    {10, 12, 12, 127, 255}, {11, 11, 8, 30, 30}, {17, 16, 33.3, 60, 5}, {33, 9, 1.7, 200, 60},
+    {24, 20, 20, 4, 1},     {12, 12, 67, 0, 40}, {40, 3, 12, 255, 0},   {16, 15, 5, 1, 255},
 };
 
 static void ssim_is_its_definition(void **state)
@@ -188,7 +191,8 @@ static void ssim_is_its_definition(void **state)
     double worst = 0;
     (void)state;
     for (unsigned i = 0; i < sizeof pictures / sizeof pictures[0]; i++) {
-        judged_noise(&j, pictures[i].width, pictures[i].height, i + 1, pictures[i].contrast, pictures[i].error);
+        judged_noise(&j, pictures[i].width, pictures[i].height, i + 1, pictures[i].contrast,
+                     pictures[i].error);
         judge(&j, pictures[i].ppd, NULL);
         double expected = direct_ssim(&j);
         worst = fmax(worst, fabs(j.errors.ssim[FV_ZONE_ALL] - expected));
@@ -203,15 +207,16 @@ static void flip_is_its_definition(void **state)
     double worst = 0;
     (void)state;
     for (unsigned i = 0; i < sizeof pictures / sizeof pictures[0]; i++) {
-        judged_noise(&j, pictures[i].width, pictures[i].height, i + 1, pictures[i].contrast, pictures[i].error);
+        judged_noise(&j, pictures[i].width, pictures[i].height, i + 1, pictures[i].contrast,
+                     pictures[i].error);
         judge(&j, pictures[i].ppd, NULL);
         for (int y = 0; y < j.height; y++)
             for (int x = 0; x < j.width; x++) {
                 double expected = flip_at(&j, x, y, pictures[i].ppd), value = (double)j.flip[y * j.width + x];
                 worst = fmax(worst, fabs(value - expected));
                 if (!(fabs(value - expected) <= 1e-4))
-                    fail_msg("%d x %d at %g: (%d, %d): %.7f, must be %.7f", j.width, j.height, pictures[i].ppd, x, y,
-                             value, expected);
+                    fail_msg("%d x %d at %g: (%d, %d): %.7f, must be %.7f", j.width, j.height,
+                             pictures[i].ppd, x, y, value, expected);
             }
     }
     printf("largest difference of FLIP from its definition: %.2g\n", worst);

@@ -31,7 +31,8 @@ static inline uint32_t judged_random(uint32_t *state)
 }
 
 /* Noise of some contrast over soft patches; the test picture differs by noise of another. */
-static inline void judged_noise(struct judged *j, int width, int height, uint32_t seed, int contrast, int error)
+static inline void judged_noise(struct judged *j, int width, int height, uint32_t seed, int contrast,
+                                int error)
 {
     judged_size(j, width, height);
     for (int i = 0; i < 3 * width * height; i++) {

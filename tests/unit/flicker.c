@@ -66,7 +66,8 @@ static void moving_textures(void **state)
         double whole = shifts[s][0] == floor(shifts[s][0]) && shifts[s][1] == floor(shifts[s][1]);
         double bound = whole ? 1e-6 : (1 + (50 * 0.21 * 0.21 + 50 * 0.17 * 0.17) / 8) / 255;
         double value = flicker(&map);
-        if (!(value <= bound)) fail_msg("shift %g, %g: %g, at most %g", shifts[s][0], shifts[s][1], value, bound);
+        if (!(value <= bound))
+            fail_msg("shift %g, %g: %g, at most %g", shifts[s][0], shifts[s][1], value, bound);
         /* Without the map it is seen. */
         if (s > 0) assert_true(flicker(&identity) > 2 * bound);
     }
@@ -112,7 +113,8 @@ static void sky_only_turns(void **state)
             const struct fv_view *view = v ? &second : &first;
             double d[3];
             for (int k = 0; k < 3; k++)
-                d[k] = (double)view->corner[k] + (i / 3 % W + 0.5) * (double)view->dx[k] + (i / 3 / W + 0.5) * (double)view->dy[k];
+                d[k] = (double)view->corner[k] + (i / 3 % W + 0.5) * (double)view->dx[k] +
+                       (i / 3 / W + 0.5) * (double)view->dy[k];
             (v ? now : before)[i] = texture(40 * d[0] / -d[2], 40 * d[1] / -d[2], i % 3);
         }
     assert_true(flicker(&map) < 1.5 / 255);
