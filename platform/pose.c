@@ -100,3 +100,11 @@ void fv_pose_compose(const struct fv_pose *a, const struct fv_pose *b, struct fv
     fv_quat_normalise(r.rotation);
     *out = r;
 }
+
+bool fv_pose_sound(const struct fv_pose *pose)
+{
+    const double *p = pose->position_m, *q = pose->rotation;
+    for (int i = 0; i < 3; i++)
+        if (!(fabs(p[i]) <= 1e9)) return false;
+    return fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1) <= 2e-3;
+}

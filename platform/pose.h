@@ -6,6 +6,7 @@
 #ifndef FV_PLATFORM_POSE_H
 #define FV_PLATFORM_POSE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 struct fv_pose {
@@ -42,5 +43,8 @@ void fv_quat_from_yaw_pitch_roll(double yaw, double pitch, double roll, double o
 
 /* out = a then b inside a: position a + R_a * b, rotation a * b. */
 void fv_pose_compose(const struct fv_pose *a, const struct fv_pose *b, struct fv_pose *out);
+
+/* True when the pose can be one: each coordinate finite and at most 1e9 m, the rotation of unit length (to 1e-3). */
+bool fv_pose_sound(const struct fv_pose *pose);
 
 #endif

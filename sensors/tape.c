@@ -94,10 +94,9 @@ bool fv_gaze_direction_good(const double d[3])
 
 bool fv_head_pose_good(const struct fv_pose *pose)
 {
-    const double *p = pose->position_m, *q = pose->rotation;
     for (int i = 0; i < 3; i++)
-        if (!(fabs(p[i]) <= farthest_m)) return false;
-    return fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1) <= 2 * unit_tolerance;
+        if (!(fabs(pose->position_m[i]) <= farthest_m)) return false;
+    return fv_pose_sound(pose);
 }
 
 /* Unit length to rounding stays as it is, bit for bit. */

@@ -14,7 +14,7 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
 {
     struct fv_frame *f = &loop->frame;
     *loop = (struct fv_loop){.config = config, .plan = plan, .clock = &fv_clock_monotonic, .workers = workers,
-                             .session = session};
+                             .session = session, .head = {.rotation = {1, 0, 0, 0}}};
     fv_frame_size(f, config);
     f->alpha = (float)config->method_alpha;
     f->epsilon_depth = (float)config->method_epsilon_depth;
@@ -112,8 +112,9 @@ void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const doubl
     int64_t start_ns = fv_clock_now_ns(loop->clock);
     loop->plan->method->parameters(loop->config, r->level, &f->parameters);
     widen(&f->parameters.foveal, uncertainty_deg, loop->config->eye_noise_deg);
+    if (fv_pose_sound(head)) loop->head = *head;
     for (int e = 0; e < f->eyes; e++) {
-        fv_loop_view(loop, e, head, gaze[e], &f->view[e]);
+        fv_loop_view(loop, e, &loop->head, gaze[e], &f->view[e]);
         if (f->has_history) fv_map_set(&f->map[e], &f->view[e], &f->before[e]);
     }
     for (int w = 0; w < loop->workers->count; w++) memset(f->scratch[w].rays, 0, sizeof f->scratch[w].rays);

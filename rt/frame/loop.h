@@ -28,6 +28,7 @@ struct fv_loop {
     struct fv_trace *trace;
     struct fv_session *session;
     struct fv_frame frame;
+    struct fv_pose head; /* of the newest frame; kept where the next one's is none */
     int64_t period_ns;
     int level; /* quality level that the next frame is rendered at (method.h) */
 };
@@ -42,7 +43,8 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
 void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t frames);
 
 /* One frame at the given pose, gaze and time, without presenting or recording: for measurements and
- * tests. */
+ * tests. A pose that is none (fv_pose_sound) is taken as the frame before's, a gaze that is none as straight
+ * ahead (fv_view_set). */
 void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3],
                    double uncertainty_deg, int64_t t_ns, struct fv_frame_record *record);
 

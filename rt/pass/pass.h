@@ -16,7 +16,7 @@ enum { FV_TILE = 32, FV_BLOCK = 4, FV_BLOCKS = FV_TILE / FV_BLOCK };
 
 enum fv_buffer {
     FV_COLOUR,         /* this frame's pixels (trace/pixel.h), stride x rows */
-    FV_DEPTH,          /* their inverse depths, float, 1/m */
+    FV_DEPTH,          /* their inverse depths, float, 1/m, or FV_DEPTH_UNKNOWN */
     FV_HISTORY_COLOUR, /* the frame before: swapped with the two above after each frame */
     FV_HISTORY_DEPTH,
     FV_SUPPORT_COLOUR, /* support image: one node every `spacing` pixels, at its cell's centre */

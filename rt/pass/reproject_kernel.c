@@ -13,7 +13,8 @@ void reproject(struct fv_reproject_tile *tile);
 
 enum { PREFETCH_ROWS = 4 };
 
-/* Support nodes' inverse depths, spread over a row of the tile's pixels. */
+/* Support nodes' inverse depths, spread over a row of the tile's pixels. `farthest` is FV_DEPTH_UNKNOWN where
+ * one of the four nodes is; for w that counts as sky. */
 struct row {
     _Alignas(64) float w[FV_TILE], nearest[FV_TILE], farthest[FV_TILE];
 };
@@ -37,6 +38,12 @@ static inline float larger(float a, float b)
     return a > b ? a : b;
 }
 
+/* A node's inverse depth; anything else than one is unknown. */
+static inline float node(const float *row, int i)
+{
+    return row[i] >= 0 && row[i] <= FV_INVERSE_DEPTH_MAX ? row[i] : FV_DEPTH_UNKNOWN;
+}
+
 /* The row of pixels at height y (picture coordinates of its centre). */
 static void spread(const struct fv_reproject_tile *t, float y, struct row *row)
 {
@@ -50,9 +57,11 @@ static void spread(const struct fv_reproject_tile *t, float y, struct row *row)
     /* Runs of pixels that lie between the same two nodes: half a cell, whole ones, half a cell. */
     for (int x = 0, run = half; x < FV_TILE; x += run, first++, run = t->spacing) {
         int a = clamp_node(first, t->nodes_x), b = clamp_node(first + 1, t->nodes_x);
-        float left = above[a] + (below[a] - above[a]) * fy, right = above[b] + (below[b] - above[b]) * fy;
-        float high = larger(larger(above[a], below[a]), larger(above[b], below[b]));
-        float low = -larger(larger(-above[a], -below[a]), larger(-above[b], -below[b]));
+        float w00 = node(above, a), w10 = node(above, b), w01 = node(below, a), w11 = node(below, b);
+        float high = larger(larger(w00, w01), larger(w10, w11));
+        float low = -larger(larger(-w00, -w01), larger(-w10, -w11));
+        w00 = larger(w00, 0), w10 = larger(w10, 0), w01 = larger(w01, 0), w11 = larger(w11, 0);
+        float left = w00 + (w01 - w00) * fy, right = w10 + (w11 - w10) * fy;
         if (run > FV_TILE - x) run = FV_TILE - x;
         float f0 = (x == 0 ? (float)half : 0.0f) + 0.5f;
         for (int i = 0; i < run; i++) {
@@ -76,14 +85,16 @@ static inline struct place look_up(const struct fv_reproject_tile *t, vf3 along,
     p.index = (vi_from(p.y) * (int32_t)t->stride + vi_from(p.x)) & inside;
     p.history_w = vf_gather(t->history_depth, p.index);
     vf expected = w * inverse;
-    p.good = inside & (vf_abs(p.history_w - expected) <= t->epsilon * vf_max(p.history_w, expected));
+    vf nearer = vf_min(vf_max(p.history_w, expected), vf_of(FV_INVERSE_DEPTH_MAX));
+    p.good = inside & (vf_abs(p.history_w - expected) <= t->epsilon * nearer);
     return p;
 }
 
 /* In this view, the inverse depth of what the history shows at a place. */
 static inline vf history_surface(const struct fv_reproject_tile *t, vf3 along, const struct place *p)
 {
-    return vf_clamp(p->history_w * along.z / vf_max(1.0f - t->map.t[2] * p->history_w, vf_of(1e-3f)), 0, 1e6f);
+    vf scale = vf_max(1.0f - t->map.t[2] * p->history_w, vf_of(1e-3f));
+    return vf_clamp(p->history_w * along.z / scale, 0, FV_INVERSE_DEPTH_MAX);
 }
 
 /* Takes the guess where it holds and is nearer than what is there, or nothing good is. */
@@ -165,7 +176,7 @@ static inline unsigned step(const struct fv_reproject_tile *t, const struct row 
     vf depth = vf_select(edge & best.good, history_surface(t, along, &best), best.w);
     if (vi_any(filled)) {
         colour = vf3_select(filled, support_colour(t, px, vf_of(y)), colour);
-        depth = vf_select(filled, w, depth);
+        depth = vf_select(filled, vf_select(farthest < 0.0f, farthest, w), depth);
     }
     vi_store(t->colour + out, pixel_pack(colour) | (filled & (int32_t)FV_PIXEL_FILLED));
     vf_store(t->depth + out, depth);

@@ -21,15 +21,18 @@ static bool foveal(const struct fv_frame *f, const struct fv_tile *tile, int blo
     return fv_tile_eccentricity_deg(f, tile, block) <= f->parameters.foveal.r0_deg + margin_deg;
 }
 
+/* `whole`: what stands there is no history. A sample of unknown depth is no better than history. */
 static void merge_block(struct fv_frame *f, const struct fv_tile *tile, int block, const uint32_t *pixel,
-                        const float *depth, bool replace)
+                        const float *depth, bool whole)
 {
+    bool replace = whole || foveal(f, tile, block);
     int alpha = (int)(f->alpha * 256.0f + 0.5f);
     for (int y = 0; y < FV_BLOCK; y++) {
         int64_t at = fv_tile_row(f, tile, block / FV_BLOCKS * FV_BLOCK + y) + block % FV_BLOCKS * FV_BLOCK;
         uint32_t *out = (uint32_t *)f->buffer[FV_COLOUR][tile->eye] + at;
         float *out_depth = (float *)f->buffer[FV_DEPTH][tile->eye] + at;
         for (int x = 0; x < FV_BLOCK; x++, pixel++, depth++) {
+            if (*depth < 0 && !whole) continue;
             float larger = *depth > out_depth[x] ? *depth : out_depth[x];
             float difference = *depth > out_depth[x] ? *depth - out_depth[x] : out_depth[x] - *depth;
             bool fresh = replace || (out[x] & FV_PIXEL_FILLED) || difference > f->epsilon_depth * larger;
@@ -48,7 +51,7 @@ static void run(struct fv_frame *f, const struct fv_tile *tile)
     fv_tile_trace(f, tile, blocks);
     for (int n = 0; blocks; blocks &= blocks - 1, n += FV_BLOCK * FV_BLOCK) {
         int block = __builtin_ctzll(blocks);
-        merge_block(f, tile, block, s->pixel + n, s->samples.inverse_depth + n, whole || foveal(f, tile, block));
+        merge_block(f, tile, block, s->pixel + n, s->samples.inverse_depth + n, whole);
     }
 }
 

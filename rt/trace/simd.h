@@ -304,16 +304,17 @@ static inline vf3 vf3_normalise(vf3 a, vf3 otherwise)
     return vf3_select(good, vf3_scale(a, vf_rsqrt(vf_max(n, vf_of(1e-36f)))), otherwise);
 }
 
-/* log2 of a positive normal number, to 2e-4: exponent plus a polynomial on the mantissa in [1, 2). */
+/* log2 of a positive normal number, to 1e-5 relative also where it is near 0, so that it can be multiplied
+ * by a large exponent: minimax polynomial on the mantissa in [sqrt(1/2), sqrt(2)). */
 static inline vf vf_log2(vf a)
 {
-    vi bits = (vi)a;
-    vf e = vf_from((bits >> 23) - 127);
-    vf m = (vf)((bits & vi_of(0x7fffff)) | vi_of(0x3f800000)) - 1.0f;
-    return e + m * (1.4423887f + m * (-0.7169065f + m * (0.4485546f + m * (-0.2367966f + m * 0.0627703f))));
+    vi bits = (vi)a, e = (bits - 0x3f3504f3) >> 23;
+    vf m = (vf)(bits - (e << 23)) - 1.0f;
+    vf series = 0.479811855f + m * (-0.366491702f + m * (0.318199916f - m * 0.20619108f));
+    return vf_from(e) + m * (1.44270162f + m * (-0.72120639f + m * series));
 }
 
-/* 2^a for a in [-126, 126], to 1e-4 relative. */
+/* 2^a for a in [-126, 126], to 2e-4 relative. */
 static inline vf vf_exp2(vf a)
 {
     a = vf_clamp(a, -126, 126);

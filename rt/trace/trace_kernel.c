@@ -109,6 +109,17 @@ static inline void randomise(struct shading *shading, vf x, vf y, uint32_t seed)
     shading->random2 = b - vf_floor(b);
 }
 
+static inline void store_samples(struct fv_samples *samples, int i, vf3 seen, vf t)
+{
+    vi known = (vf_abs(seen.x) <= FV_RADIANCE_MAX) & (vf_abs(seen.y) <= FV_RADIANCE_MAX) &
+               (vf_abs(seen.z) <= FV_RADIANCE_MAX);
+    vf zero = vf_of(0), w = vf_select(t < 1e30f, 1.0f / vf_max(t, vf_of(1 / FV_INVERSE_DEPTH_MAX)), zero);
+    vf_store(samples->red + i, vf_select(known, vf_max(seen.x, zero), zero));
+    vf_store(samples->green + i, vf_select(known, vf_max(seen.y, zero), zero));
+    vf_store(samples->blue + i, vf_select(known, vf_max(seen.z, zero), zero));
+    vf_store(samples->inverse_depth + i, vf_select(known, w, vf_of(FV_DEPTH_UNKNOWN)));
+}
+
 void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
                    uint32_t seed, int64_t *rays)
 {
@@ -124,10 +135,7 @@ void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, s
         vf t;
         if (tracer->data->features & FV_SCENE_AREA_LIGHTS) randomise(&shading, x, y, seed);
         vf3 seen = radiance(&shading, &r, tracer->depth, &t);
-        vf_store(samples->red + i, vf_clamp(seen.x, 0, FV_RADIANCE_MAX));
-        vf_store(samples->green + i, vf_clamp(seen.y, 0, FV_RADIANCE_MAX));
-        vf_store(samples->blue + i, vf_clamp(seen.z, 0, FV_RADIANCE_MAX));
-        vf_store(samples->inverse_depth + i, vf_select(t < 1e30f, 1.0f / vf_max(t, vf_of(1e-6f)), vf_of(0)));
+        store_samples(samples, i, seen, t);
     }
     rays[FV_RAY_PRIMARY] = counted;
 }

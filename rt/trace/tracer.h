@@ -12,15 +12,19 @@
 /* Samples of a list: at most a tile's pixels. What stands behind the last one does not matter. */
 enum { FV_SAMPLES_MAX = 1024 };
 
-/* Radiance that leaves the tracer lies in [0, FV_RADIANCE_MAX], so that means of many samples are finite:
- * what is not a number or negative is 0. */
+/* What leaves the tracer: radiances in [0, FV_RADIANCE_MAX], so that means of many are finite, and inverse
+ * depths in [0, FV_INVERSE_DEPTH_MAX]. A sample that came out otherwise (a scene whose numbers overflow) is
+ * black and of the inverse depth FV_DEPTH_UNKNOWN: it is not blended with anything, and what stands in its
+ * place is no history for the next frame. */
 #define FV_RADIANCE_MAX 1e30f
+#define FV_INVERSE_DEPTH_MAX 1e6f
+#define FV_DEPTH_UNKNOWN (-1.0f)
 
 struct fv_samples {
     int count;
     _Alignas(64) float x[FV_SAMPLES_MAX], y[FV_SAMPLES_MAX]; /* in: pixel coordinates (view.h) */
     _Alignas(64) float red[FV_SAMPLES_MAX], green[FV_SAMPLES_MAX], blue[FV_SAMPLES_MAX]; /* out: radiance */
-    _Alignas(64) float inverse_depth[FV_SAMPLES_MAX]; /* out: 1/m along the optical axis, [0, 1e6], 0: nothing hit */
+    _Alignas(64) float inverse_depth[FV_SAMPLES_MAX]; /* out: 1/m along the optical axis; 0: nothing hit */
 };
 
 struct fv_tracer {
