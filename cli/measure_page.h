@@ -10,9 +10,10 @@ struct fv_measure_report {
     const struct fv_measure_row *row; /* sorted (fv_rows_sort); of one scene or of several */
     int numerics;                     /* 0: none were measured */
     const struct fv_numeric_row *numeric;
-    int missing;                      /* rows that a whole sweep has and this one not (yet) */
+    int missing;      /* rows that a whole sweep has and this one not (yet) */
+    double period_ms; /* of the display; 0 or NaN where it is not known */
     /* Folder that holds, for some of the rows and scenes, SCENE-reference.jpg, SCENE-METHOD-LEVEL.jpg and
-     * SCENE-METHOD-LEVEL-difference.jpg (FLIP of each pixel, black to white). */
+     * SCENE-METHOD-LEVEL-difference.jpg (FLIP of each pixel, black to white). NULL: none. */
     const char *pictures;
 };
 

@@ -226,6 +226,6 @@ void fv_plot_shapes(struct fv_writer *out)
     };
     fv_writer_print(out, "<svg class=\"shapes\" width=\"0\" height=\"0\" aria-hidden=\"true\"><defs>");
     for (int i = 0; i < FV_PLOT_SLOTS; i++)
-        fv_writer_print(out, "<path id=\"mark%d\" d=\"%s\"/>", i, shapes[i]);
+        fv_writer_print(out, "<path class=\"mark\" id=\"mark%d\" d=\"%s\"/>", i, shapes[i]);
     fv_writer_print(out, "</defs></svg>\n");
 }

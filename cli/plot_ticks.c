@@ -43,10 +43,10 @@ void fv_ticks_of(const struct fv_axis *axis, int most, struct fv_ticks *ticks)
 {
     static const struct {
         int factors;
-        double factor[3];
+        double factor[4];
         int powers;
-    } sets[] = {{3, {1, 2, 5}, 1}, {2, {1, 3}, 1}, {1, {1}, 1},  {1, {1}, 2},
-                {1, {1}, 5},       {1, {1}, 10},   {1, {1}, 20}, {1, {1}, 50}};
+    } sets[] = {{4, {1, 2, 3, 5}, 1}, {3, {1, 2, 5}, 1}, {2, {1, 3}, 1}, {1, {1}, 1}, {1, {1}, 2},
+                {1, {1}, 5},          {1, {1}, 10},      {1, {1}, 20},   {1, {1}, 50}};
     enum { SETS = sizeof sets / sizeof sets[0] };
     if (!axis->log) {
         linear_ticks(axis, most, ticks);

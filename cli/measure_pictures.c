@@ -1,0 +1,163 @@
+/* measure_pictures: pictures of chosen levels and how they differ from the reference, embedded in the page.
+ * The files' grey levels (FLIP) become colours in the page, by a filter. */
+#include "cli/measure_sections.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { CHUNK = 3 << 14 };
+
+/* Opens one of the folder's pictures; -1 where there is none that is a JPEG file. */
+static int open_picture(const struct fv_measure_page *page, const char *name, char path[FV_PATH_MAX])
+{
+    unsigned char start[3];
+    if (!page->report->pictures || strchr(name, '/')) return -1;
+    if (fv_path_join(path, page->report->pictures, name)) return -1;
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (fd < 0) return -1;
+    if (pread(fd, start, 3, 0) == 3 && start[0] == 0xFF && start[1] == 0xD8 && start[2] == 0xFF) return fd;
+    close(fd);
+    return -1;
+}
+
+static void embed(struct fv_measure_page *page, int fd, const char *path)
+{
+    static unsigned char chunk[CHUNK];
+    struct fv_base64 state = {.carried = 0};
+    ssize_t n;
+    while ((n = read(fd, chunk, sizeof chunk)) != 0) {
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) {
+            page->failed = true;
+            fv_error_set(page->error, "%s: cannot be read: %s", path, strerror(errno));
+            break;
+        }
+        fv_writer_base64(page->out, &state, chunk, (size_t)n);
+    }
+    fv_writer_base64_end(page->out, &state);
+}
+
+/* The picture with its description, or nothing where there is none. */
+static void write_image(struct fv_measure_page *page, const char *class, const char *name, const char *what)
+{
+    char path[FV_PATH_MAX];
+    int fd = open_picture(page, name, path);
+    if (fd < 0) return;
+    fv_writer_print(page->out, "<img class=\"%s\" alt=\"", class);
+    fv_html_text(page->out, what);
+    fv_writer_print(page->out, "\" src=\"data:image/jpeg;base64,");
+    embed(page, fd, path);
+    close(fd);
+    fv_writer_print(page->out, "\">");
+}
+
+static bool picture_exists(const struct fv_measure_page *page, const char *name)
+{
+    char path[FV_PATH_MAX];
+    int fd = open_picture(page, name, path);
+    if (fd >= 0) close(fd);
+    return fd >= 0;
+}
+
+struct names {
+    char picture[160], difference[160];
+};
+static struct names names_of(const struct fv_measure_row *row)
+{
+    struct names names;
+    snprintf(names.picture, sizeof names.picture, "%s-%s-%d.jpg", row->scene, row->method, row->level);
+    snprintf(names.difference, sizeof names.difference, "%s-%s-%d-difference.jpg", row->scene, row->method,
+             row->level);
+    return names;
+}
+
+/* Of a method the first, middle and last level, of full the first; fewer where they are the same. */
+static int choose(const struct fv_measure_page *page, const struct fv_measure_method *method, int chosen[3])
+{
+    const int last = method->end - 1, candidates[] = {method->first, (method->first + last) / 2, last};
+    int most = strcmp(method->name, "full") == 0 ? 1 : 3, count = 0;
+    for (int i = 0; i < most; i++) {
+        if (count > 0 && chosen[count - 1] == candidates[i]) continue;
+        if (picture_exists(page, names_of(&page->row[candidates[i]]).picture))
+            chosen[count++] = candidates[i];
+    }
+    return count;
+}
+
+static void write_level(struct fv_measure_page *page, const struct fv_measure_row *r)
+{
+    struct names names = names_of(r);
+    char what[160];
+    fv_writer_print(page->out, "<figure>");
+    snprintf(what, sizeof what, "%s level %d", r->method, r->level);
+    write_image(page, "shot", names.picture, what);
+    snprintf(what, sizeof what, "How %s level %d differs from the reference", r->method, r->level);
+    write_image(page, "shot flip", names.difference, what);
+    fv_writer_print(
+        page->out,
+        "<figcaption><b>level %d</b> · %s ms · %s dB in the fovea, %s dB in all</figcaption></figure>\n",
+        r->level, fv_shown_fixed(r->frame_ms.value, 2).text,
+        fv_shown_infinite(r->psnr[FV_ZONE_FOVEA].value, 1).text,
+        fv_shown_infinite(r->psnr[FV_ZONE_ALL].value, 1).text);
+}
+
+/* The scale of FLIP's own pictures (matplotlib's magma, at eighths). */
+enum { COLOURS = 9 };
+static const unsigned char colours[COLOURS][3] = {{0, 0, 4},      {29, 17, 71},    {81, 18, 124},
+                                                  {130, 38, 129}, {182, 54, 121},  {230, 81, 100},
+                                                  {251, 136, 97}, {254, 194, 135}, {252, 253, 191}};
+
+void fv_measure_flip_filter(struct fv_measure_page *page)
+{
+    fv_writer_print(page->out, "<svg class=\"shapes\" width=\"0\" height=\"0\" aria-hidden=\"true\"><filter "
+                               "id=\"flip\" color-interpolation-filters=\"sRGB\"><feComponentTransfer>");
+    for (int c = 0; c < 3; c++) {
+        fv_writer_print(page->out, "<feFunc%c type=\"table\" tableValues=\"", "RGB"[c]);
+        for (int i = 0; i < COLOURS; i++)
+            fv_writer_print(page->out, "%s%.3f", i ? " " : "", colours[i][c] / 255.0);
+        fv_writer_print(page->out, "\"/>");
+    }
+    fv_writer_print(page->out, "</feComponentTransfer></filter></svg>\n");
+}
+
+static void write_scale(struct fv_measure_page *page)
+{
+    fv_writer_print(page->out, "<div class=\"scale\"><i style=\"background:linear-gradient(90deg");
+    for (int i = 0; i < COLOURS; i++)
+        fv_writer_print(page->out, ",rgb(%d,%d,%d)", colours[i][0], colours[i][1], colours[i][2]);
+    fv_writer_print(page->out,
+                    ")\"></i><span>0</span><span>FLIP: visible difference</span><span>1</span></div>\n");
+}
+
+void fv_measure_pictures(struct fv_measure_page *page)
+{
+    char name[160];
+    int total = 0, chosen[3];
+    for (int k = 0; k < page->methods; k++) total += choose(page, &page->method[k], chosen);
+    if (total == 0) return;
+    fv_section_open(
+        page->out, "Pictures",
+        "The last judged picture of some levels, and below it where it differs from the reference: black "
+        "where nobody would see a difference, bright where everybody would.");
+    fv_writer_print(page->out, "<div class=\"gallery\"><div class=\"reference\"><figure>");
+    snprintf(name, sizeof name, "%s-reference.jpg", page->row[0].scene);
+    write_image(page, "shot", name, "Reference");
+    fv_writer_print(page->out, "<figcaption><b>%s</b></figcaption></figure>\n",
+                    picture_exists(page, name) ? "reference" : "no picture of the reference");
+    write_scale(page);
+    fv_writer_print(page->out, "</div><div>\n");
+    for (int k = 0; k < page->methods && !page->failed; k++) {
+        int count = choose(page, &page->method[k], chosen);
+        if (count == 0) continue;
+        fv_writer_print(page->out, "<h3>");
+        fv_measure_name(page, &page->method[k]);
+        fv_writer_print(page->out, "</h3>\n<div class=\"shots\">\n");
+        for (int i = 0; i < count && !page->failed; i++) write_level(page, &page->row[chosen[i]]);
+        fv_writer_print(page->out, "</div>\n");
+    }
+    fv_writer_print(page->out, "</div></div>\n");
+    fv_section_close(page->out);
+}

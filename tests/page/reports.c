@@ -1,0 +1,188 @@
+/* reports: the report pages of `run` and `measure` in headless Chromium, at 1280 and at 400 pixels: plots
+ * have their curves, nothing overlaps or sticks out, images are loaded, the console is quiet. Skipped with
+ * a notice where there is no Chromium. */
+#include "tests/support/measure_rows.h"
+#include "tests/support/program.h"
+
+#include <stdbool.h>
+
+static struct fv_error error;
+static struct fv_measure_row row[FV_ROWS_MAX];
+static struct fv_numeric_row numeric[FV_NUMERICS_MAX];
+
+static bool browser_is_there(void)
+{
+    if (system("command -v chromium >/dev/null 2>&1") == 0) return true;
+    print_message("skipped: no chromium here\n");
+    return false;
+}
+
+static const char *path_of(const char *name)
+{
+    static char path[FV_PATH_MAX];
+    fv_path_join(path, program_folder(), name);
+    return path;
+}
+
+static char *read_whole(const char *path)
+{
+    char *text;
+    size_t size;
+    if (fv_file_read(path, 1 << 28, &text, &size, &error)) fail_msg("%s", error.text);
+    return text;
+}
+
+/* checked.html: the page and behind it the checking script. frame.html: shows it as wide as is asked, which
+ * windows are not below 500 pixels, and becomes its findings. */
+static void make_checked(const char *page, int width)
+{
+    static const char frame[] =
+        "<!doctype html><html><style>body{margin:0}iframe{border:0;width:%dpx;height:900px}</style>"
+        "<iframe src=\"checked.html\"></iframe><script>onload = () => "
+        "document.documentElement.textContent = '\\n' + frames[0].findings + '\\n'</script>";
+    char *html = read_whole(path_of(page)), *script = read_whole(FV_SOURCE_DIR "/tests/page/check.js");
+    char framed[512];
+    FILE *f = fopen(path_of("checked.html"), "wb");
+    assert_non_null(f);
+    fprintf(f, "%s<script>const EXPECTED_WIDTH = %d;\n%s</script>\n", html, width, script);
+    fclose(f);
+    snprintf(framed, sizeof framed, frame, width);
+    program_write("frame.html", framed, strlen(framed));
+    free(html);
+    free(script);
+}
+
+/* Opens the page; returns the browser's findings, or NULL where it gave none. The caller frees it. */
+static char *browse(void)
+{
+    char command[2048];
+    snprintf(
+        command, sizeof command,
+        "cd %s && rm -rf browser && mkdir browser && HOME=$PWD/browser timeout -k 5 60 chromium --headless "
+        "--no-sandbox --disable-gpu --disable-dev-shm-usage --user-data-dir=$PWD/browser --no-first-run "
+        "--disable-background-networking --disable-component-update --disable-sync --disable-extensions "
+        "--disable-default-apps --host-resolver-rules='MAP * ~NOTFOUND' --hide-scrollbars "
+        "--allow-file-access-from-files --window-size=1280,900 --enable-logging=stderr --v=0 --dump-dom "
+        "file://$PWD/frame.html "
+        ">findings.txt 2>console.txt </dev/null; grep CONSOLE console.txt >>findings.txt; true",
+        program_folder());
+    assert_int_equal(system(command), 0);
+    char *findings = read_whole(path_of("findings.txt"));
+    if (strstr(findings, "looked at:")) return findings;
+    free(findings);
+    return NULL;
+}
+
+/* A browser may fail to start on a busy machine: it has a second try. */
+static char *findings_of(const char *page, int width)
+{
+    make_checked(page, width);
+    char *findings = browse();
+    if (!findings) findings = browse();
+    if (!findings) fail_msg("%s: chromium gave no findings:\n%s", page, read_whole(path_of("console.txt")));
+    return findings;
+}
+
+/* No finding, and as many plots and images as there should be. */
+static void assert_fine(const char *page, int plots, int images)
+{
+    static const int widths[] = {1280, 400};
+    char expected[128];
+    snprintf(expected, sizeof expected, "<!DOCTYPE html>\n<html>\nlooked at: %d plots, %d images.\n</html>\n",
+             plots, images);
+    for (int i = 0; i < 2; i++) {
+        char *findings = findings_of(page, widths[i]);
+        if (strcmp(findings, expected) != 0) fail_msg("%s at %d pixels:\n%.4000s", page, widths[i], findings);
+        free(findings);
+    }
+}
+
+static void measure_is_readable(void **unused)
+{
+    (void)unused;
+    if (!browser_is_there()) return;
+    int rows = sample_scene("cornell", 38.2, 0, row);
+    rows += sample_scene("hall", 210, 3, row + rows);
+    struct fv_measure_report report = {.rows = rows,
+                                       .row = row,
+                                       .numerics = sample_numerics(numeric),
+                                       .numeric = numeric,
+                                       .missing = 3,
+                                       .period_ms = 1000.0 / 75,
+                                       .pictures = program_folder()};
+    sample_pictures(program_folder(), row, rows / 2);
+    assert_int_equal(fv_measure_page(&report, path_of("measure.html"), &error), 0);
+    assert_fine("measure.html", 20, 1 + 2 * (1 + 3 * 4));
+}
+
+/* Numbers of every size, infinite and none, long names. */
+static void strange_rows_are_readable(void **unused)
+{
+    (void)unused;
+    static const double factors[] = {1e-9, 1e-4, 1, 1e5, 1e12};
+    if (!browser_is_there()) return;
+    struct fv_measure_report report = {.rows = sample_scene("cornell", 38.2, 0, row), .row = row};
+    for (int i = 0; i < report.rows; i++) {
+        double by = factors[i % 5];
+        struct fv_measured *scaled[] = {&row[i].frame_ms, &row[i].rmse[FV_ZONE_FOVEA], &row[i].flicker};
+        for (int k = 0; k < 3; k++)
+            *scaled[k] =
+                (struct fv_measured){scaled[k]->value * by, scaled[k]->low * by, scaled[k]->high * by};
+        memset(row[i].scene, 'W', sizeof row[i].scene - 1);
+        memset(row[i].about, 'W', sizeof row[i].about - 1);
+        memset(row[i].parameters, 'W', sizeof row[i].parameters - 1);
+        if (i > 14) memset(row[i].method, i < 22 ? 'M' : 'W', sizeof row[i].method - 1);
+    }
+    row[3].psnr[FV_ZONE_FOVEA] = (struct fv_measured){INFINITY, INFINITY, INFINITY};
+    row[3].rmse[FV_ZONE_FOVEA] = (struct fv_measured){0, 0, 0};
+    row[4].psnr[FV_ZONE_FOVEA].value = row[5].rmse[FV_ZONE_FOVEA].value = NAN;
+    report.missing = 1;
+    assert_int_equal(fv_measure_page(&report, path_of("strange.html"), &error), 0);
+    assert_fine("strange.html", 10, 0);
+}
+
+static void run_is_readable(void **unused)
+{
+    (void)unused;
+    if (!browser_is_there()) return;
+    struct program_result r = program("run --frames 6 --set scene.name=cornell --set display.headset=small "
+                                      "--set output.every=6 --out session");
+    if (r.code != 0) fail_msg("run: %s", r.errors);
+    assert_fine("session/report.html", 5, 2);
+}
+
+/* The check itself finds what it looks for. */
+static void faults_are_found(void **unused)
+{
+    (void)unused;
+    static const char page[] =
+        "<!doctype html><title>x</title><p style=\"margin-left:-90px\">left</p><div "
+        "style=\"width:2000px;font-size:9px\">wide</div>"
+        "<img src=\"data:image/png;base64,AAAA\"><figure class=plot><figcaption>caption</figcaption>"
+        "<svg width=300 height=200><path d=\"\"/><g class=grid><text x=50 y=50>over</text>"
+        "<text x=50 y=52>over</text></g></svg></figure><script>console.error('loud');nothing()</script>";
+    static const char *const expected[] = {
+        "the page is 2",        "small print",        "an image not loaded",
+        "without curves",       "text over the plot", "texts over each other",
+        "text beside the page", "\"loud\"",           "nothing is not defined"};
+    if (!browser_is_there()) return;
+    program_write("faults.html", page, sizeof page - 1);
+    make_checked("faults.html", 400);
+    char *findings = browse();
+    if (!findings) findings = browse();
+    assert_non_null(findings);
+    for (size_t i = 0; i < sizeof expected / sizeof expected[0]; i++)
+        if (!strstr(findings, expected[i])) fail_msg("'%s' is not in:\n%s", expected[i], findings);
+    free(findings);
+}
+
+int main(void)
+{
+    static const struct CMUnitTest tests[] = {
+        cmocka_unit_test(faults_are_found),
+        cmocka_unit_test(run_is_readable),
+        cmocka_unit_test(measure_is_readable),
+        cmocka_unit_test(strange_rows_are_readable),
+    };
+    return cmocka_run_group_tests(tests, NULL, program_clean);
+}
