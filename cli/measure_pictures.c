@@ -96,12 +96,11 @@ static void write_level(struct fv_measure_page *page, const struct fv_measure_ro
     write_image(page, "shot", names.picture, what);
     snprintf(what, sizeof what, "How %s level %d differs from the reference", r->method, r->level);
     write_image(page, "shot flip", names.difference, what);
-    fv_writer_print(
-        page->out,
-        "<figcaption><b>level %d</b> · %s ms · %s dB in the fovea, %s dB in all</figcaption></figure>\n",
-        r->level, fv_shown_fixed(r->frame_ms.value, 2).text,
-        fv_shown_infinite(r->psnr[FV_ZONE_FOVEA].value, 1).text,
-        fv_shown_infinite(r->psnr[FV_ZONE_ALL].value, 1).text);
+    fv_writer_print(page->out,
+                    "<figcaption><b>level %d</b> · %s ms · %s dB fovea, %s dB all</figcaption></figure>\n",
+                    r->level, fv_shown_fixed(r->frame_ms.value, 2).text,
+                    fv_shown_infinite(r->psnr[FV_ZONE_FOVEA].value, 1).text,
+                    fv_shown_infinite(r->psnr[FV_ZONE_ALL].value, 1).text);
 }
 
 /* The scale of FLIP's own pictures (matplotlib's magma, at eighths). */
@@ -138,10 +137,9 @@ void fv_measure_pictures(struct fv_measure_page *page)
     int total = 0, chosen[3];
     for (int k = 0; k < page->methods; k++) total += choose(page, &page->method[k], chosen);
     if (total == 0) return;
-    fv_section_open(
-        page->out, "Pictures",
-        "The last judged picture of some levels, and below it where it differs from the reference: black "
-        "where nobody would see a difference, bright where everybody would.");
+    fv_section_open(page->out, "Pictures",
+                    "Some levels as they look, and beside each where it differs from the reference: black "
+                    "where nobody would see a difference, bright where everybody would.");
     fv_writer_print(page->out, "<div class=\"gallery\"><div class=\"reference\"><figure>");
     snprintf(name, sizeof name, "%s-reference.jpg", page->row[0].scene);
     write_image(page, "shot", name, "Reference");

@@ -14,10 +14,10 @@ static void write_reached(struct fv_measure_page *page, int which, int plain)
     }
     const struct fv_measure_row *r = &page->row[which];
     double ratio = plain < 0 ? (double)NAN : r->speedup.value / page->row[plain].speedup.value;
-    fv_writer_print(page->out, "<td class=\"n\"><b>%s ms</b><br><small>level %d",
-                    fv_shown_fixed(r->frame_ms.value, 2).text, r->level);
-    if (which != plain && isfinite(ratio))
-        fv_writer_print(page->out, ", %s ×", fv_shown_fixed(ratio, 2).text);
+    bool compared = which != plain && isfinite(ratio);
+    fv_writer_print(page->out, "<td class=\"n\"><b>%s ms</b><br><small><span>level %d%s</span>",
+                    fv_shown_fixed(r->frame_ms.value, 2).text, r->level, compared ? "," : "");
+    if (compared) fv_writer_print(page->out, " <span>%s ×</span>", fv_shown_fixed(ratio, 2).text);
     fv_writer_print(page->out, "</small></td>");
 }
 
@@ -101,21 +101,21 @@ void fv_measure_rows(struct fv_measure_page *page)
     fv_section_close(page->out);
 }
 
-/* 1 to 3 significant digits, whatever the size. */
-static struct fv_shown shown_significant(double value)
+/* About three significant digits, whatever the size, and the unit. */
+static void write_quantity(struct fv_measure_page *page, double value, const char *unit)
 {
-    struct fv_shown out = fv_shown_infinite(value, 0);
     double size = fabs(value);
-    if (!isfinite(value)) return out;
-    if (size >= 1e5 || (size > 0 && size < 1e-4)) snprintf(out.text, sizeof out.text, "%.2e", value);
-    else
-        snprintf(out.text, sizeof out.text, "%.*f",
-                 size >= 100  ? 0
-                 : size >= 10 ? 1
-                 : size >= 1  ? 2
-                              : 4,
-                 value);
-    return out;
+    struct fv_shown shown = fv_shown_infinite(value, size >= 100 ? 0 : size >= 10 ? 1 : 2);
+    if (isfinite(value) && (size >= 1e6 || (size > 0 && size < 1e-4)))
+        snprintf(shown.text, sizeof shown.text, "%.2e", value);
+    else if (size > 0 && size < 1) snprintf(shown.text, sizeof shown.text, "%.3g", value);
+    fv_writer_print(page->out, "<td class=\"n\">%s", shown.text);
+    if (!isnan(value) && unit[0]) {
+        fv_writer_print(page->out, " <small>");
+        fv_html_text(page->out, unit);
+        fv_writer_print(page->out, "</small>");
+    }
+    fv_writer_print(page->out, "</td>");
 }
 
 static void write_numeric(struct fv_measure_page *page, const struct fv_numeric_row *r)
@@ -125,15 +125,10 @@ static void write_numeric(struct fv_measure_page *page, const struct fv_numeric_
     fv_writer_print(page->out, "<td>");
     fv_html_text(page->out, r->condition);
     fv_writer_print(page->out, "</td>");
-    fv_number_cell(page->out, shown_significant(r->error_p50));
-    fv_number_cell(page->out, shown_significant(r->error_p95));
-    fv_writer_print(page->out, "<td class=\"unit\">");
-    fv_html_text(page->out, r->error_unit);
-    fv_writer_print(page->out, "</td>");
-    fv_number_cell(page->out, shown_significant(r->cost));
-    fv_writer_print(page->out, "<td class=\"unit\">");
-    fv_html_text(page->out, isnan(r->cost) ? "" : r->cost_unit);
-    fv_writer_print(page->out, "</td></tr>\n");
+    write_quantity(page, r->error_p50, r->error_unit);
+    write_quantity(page, r->error_p95, r->error_unit);
+    write_quantity(page, r->cost, r->cost_unit);
+    fv_writer_print(page->out, "</tr>\n");
 }
 
 void fv_measure_numerics(struct fv_measure_page *page)
@@ -147,12 +142,12 @@ void fv_measure_numerics(struct fv_measure_page *page)
         "What is computed between the pictures: the error of each way to do it, and what that costs.");
     fv_table_open(
         page->out, "numerics",
-        "<th scope=\"col\">method</th><th scope=\"col\">condition</th><th scope=\"col\" class=\"n\">error "
-        "p50</th><th scope=\"col\" class=\"n\">p95</th><th scope=\"col\">unit</th><th scope=\"col\" "
-        "class=\"n\">cost</th><th scope=\"col\">unit</th>");
+        "<th scope=\"col\">method</th><th scope=\"col\">condition</th><th scope=\"col\" class=\"n\">"
+        "error, median</th><th scope=\"col\" class=\"n\">95 % below</th><th scope=\"col\" class=\"n\">"
+        "cost</th>");
     for (int i = 0; i < rows; i++) {
         if (done[i]) continue;
-        fv_writer_print(page->out, "<tr class=\"group\"><th colspan=\"7\" scope=\"rowgroup\">");
+        fv_writer_print(page->out, "<tr class=\"group\"><th colspan=\"5\" scope=\"rowgroup\">");
         fv_html_text(page->out, report->numeric[i].quantity);
         fv_writer_print(page->out, "</th></tr>\n");
         for (int k = i; k < rows; k++) {

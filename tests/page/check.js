@@ -20,6 +20,15 @@ addEventListener('load', () => {
         for (const curve of curves) if (empty(curve.getBoundingClientRect())) find('an empty curve', curve);
         for (const mark of plot.querySelectorAll('use'))
             if (empty(mark.getBoundingClientRect())) find('an empty marker', mark);
+        /* A method's markers reach as far as its curve does. */
+        for (const curve of plot.querySelectorAll('path.curve')) {
+            const reach = curve.getBoundingClientRect(), slot = curve.classList[1];
+            const marks = [...plot.querySelectorAll(`.${slot}.point use`)].map(mark => mark.getBoundingClientRect());
+            const x = marks.map(box => (box.left + box.right) / 2), y = marks.map(box => (box.top + box.bottom) / 2);
+            const off = Math.max(Math.abs(Math.min(...x) - reach.left), Math.abs(Math.max(...x) - reach.right),
+                                 Math.abs(Math.min(...y) - reach.top), Math.abs(Math.max(...y) - reach.bottom));
+            if (marks.length && off > 3) find(`markers ${off} beside their curve`, curve);
+        }
         const beside = [...drawing.querySelectorAll(':scope > text, .grid text'), plot.querySelector('figcaption')];
         const boxes = beside.map(text => text.getBoundingClientRect());
         boxes.forEach((box, i) => {

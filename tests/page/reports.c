@@ -160,11 +160,14 @@ static void faults_are_found(void **unused)
         "style=\"width:2000px;font-size:9px\">wide</div>"
         "<img src=\"data:image/png;base64,AAAA\"><figure class=plot><figcaption>caption</figcaption>"
         "<svg width=300 height=200><path d=\"\"/><g class=grid><text x=50 y=50>over</text>"
-        "<text x=50 y=52>over</text></g></svg></figure><script>console.error('loud');nothing()</script>";
+        "<text x=50 y=52>over</text></g></svg></figure>"
+        "<figure class=plot><figcaption>x</figcaption><svg width=300 height=200><path class=\"curve c1\" "
+        "d=\"M0,0L90,90\"/>"
+        "<g class=\"point c1\"><use/></g></svg></figure><script>console.error('loud');nothing()</script>";
     static const char *const expected[] = {
-        "the page is 2",        "small print",        "an image not loaded",
-        "without curves",       "text over the plot", "texts over each other",
-        "text beside the page", "\"loud\"",           "nothing is not defined"};
+        "the page is 2",        "small print",    "an empty marker",       "beside their curve",
+        "an image not loaded",  "without curves", "text over the plot",    "texts over each other",
+        "text beside the page", "\"loud\"",       "nothing is not defined"};
     if (!browser_is_there()) return;
     program_write("faults.html", page, sizeof page - 1);
     make_checked("faults.html", 400);

@@ -119,8 +119,9 @@ static void time_to_error_is_a_ratio_of_speedups(void **unused)
     assert_true(full > 0 && selective > full);
     row[selective].frame_ms.value = 4321; /* the clock drifted: the ratio must not follow */
     char *text = write_page();
-    snprintf(part, sizeof part, "<b>4321.00 ms</b><br><small>level %d, %.2f ×</small>", row[selective].level,
-             row[selective].speedup.value / row[full].speedup.value);
+    snprintf(part, sizeof part,
+             "<b>4321.00 ms</b><br><small><span>level %d,</span> <span>%.2f ×</span></small>",
+             row[selective].level, row[selective].speedup.value / row[full].speedup.value);
     assert_has(text, part);
     free(text);
 }
@@ -324,7 +325,8 @@ static void ticks_are_few_and_differ(void **unused)
                     fv_ticks_of(&axis, most, &ticks);
                     assert_true(ticks.count >= 1 && ticks.count <= most + 1);
                     for (int t = 0; t < ticks.count; t++) {
-                        assert_true(ticks.value[t] >= axis.low - slack && ticks.value[t] <= axis.high + slack);
+                        assert_true(ticks.value[t] >= axis.low - slack &&
+                                    ticks.value[t] <= axis.high + slack);
                         if (t == 0) continue;
                         assert_true(ticks.value[t] > ticks.value[t - 1]);
                         if (lengths[k] > 0.1 && lows[i] > 1e-20 && axis.high < 1e20)
