@@ -122,8 +122,8 @@ void fv_path_point(struct fv_plot *p, double x, double y)
         p->moved = false;
         return;
     }
-    /* The short step after a move makes a lone point a dot. */
-    fv_writer_print(p->out, p->moved ? "L%.0f,%.1f" : "M%.0f,%.1fh9", ACROSS * fv_plot_part_x(p, x),
+    /* The short step to and fro after a move makes a lone point a dot. */
+    fv_writer_print(p->out, p->moved ? "L%.0f,%.1f" : "M%.0f,%.1fh9h-9", ACROSS * fv_plot_part_x(p, x),
                     DOWN * fv_plot_part_y(p, y));
     p->moved = true;
 }

@@ -50,13 +50,6 @@ static void assert_has(const char *text, const char *part)
     if (!strstr(text, part)) fail_msg("no '%s'", part);
 }
 
-static int count_of(const char *text, const char *part)
-{
-    int n = 0;
-    for (; (text = strstr(text, part)); text += strlen(part)) n++;
-    return n;
-}
-
 static void page_holds_its_parts(void **unused)
 {
     (void)unused;
@@ -90,21 +83,21 @@ static void page_holds_its_parts(void **unused)
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) assert_has(text, parts[i]);
     /* Two plots of the main section, five zones, three other measures: each has each method's curve and
      * each row's point; labels and rings only in the first two. */
-    assert_int_equal(count_of(text, "<figure class=\"plot"), 10);
+    assert_int_equal(markup_count(text, "<figure class=\"plot"), 10);
     for (int m = 0; m < SAMPLE_METHODS; m++) {
         char part[64];
         snprintf(part, sizeof part, "\"><path class=\"curve c%d\"", m);
-        assert_true(count_of(text, part) >= 10);
+        assert_true(markup_count(text, part) >= 10);
     }
-    assert_int_equal(count_of(text, "<g class=\"point"), 10 * report.rows);
+    assert_int_equal(markup_count(text, "<g class=\"point"), 10 * report.rows);
     int front = 0;
     for (int i = 0; i < report.rows; i++)
         front += fv_row_is_pareto(row, report.rows, i, FV_ZONE_FOVEA) +
                  fv_row_is_pareto(row, report.rows, i, FV_ZONE_ALL);
-    assert_int_equal(count_of(text, "class=\"ring\""), front + 1);
+    assert_int_equal(markup_count(text, "class=\"ring\""), front + 1);
     assert_null(strstr(text, "missing"));
     assert_null(strstr(text, "<img"));
-    assert_int_equal(count_of(text, "<tr class=\"group\""), 4);
+    assert_int_equal(markup_count(text, "<tr class=\"group\""), 4);
     free(text);
 }
 
@@ -138,9 +131,9 @@ static void scenes_have_sections_each(void **unused)
     report.rows += more;
     report.missing = 1;
     char *text = write_page();
-    assert_int_equal(count_of(text, "<h2 class=\"scene\""), 2);
-    assert_int_equal(count_of(text, "<h2>All rows</h2>"), 2);
-    assert_int_equal(count_of(text, "<h2>Other numerics</h2>"), 1);
+    assert_int_equal(markup_count(text, "<h2 class=\"scene\""), 2);
+    assert_int_equal(markup_count(text, "<h2>All rows</h2>"), 2);
+    assert_int_equal(markup_count(text, "<h2>Other numerics</h2>"), 1);
     assert_has(text, "<h1>Error against run time</h1>");
     assert_has(text, ">hall &#38; &#34;co&#34;</a>");
     assert_has(text, "1 row of the sweep is missing.");
@@ -220,7 +213,7 @@ static void no_error_is_shown_as_infinite(void **unused)
     assert_has(text, "full level 5: 1004.72 ms, \xE2\x88\x9E dB");
     assert_has(text, "Points at the upper edge");
     assert_null(strstr(text, "full level 4: 522.45 ms, \xE2\x80\x93 dB"));
-    assert_int_equal(count_of(text, "<g class=\"point"), 10 * report.rows - 2);
+    assert_int_equal(markup_count(text, "<g class=\"point"), 10 * report.rows - 2);
     free(text);
 }
 
@@ -235,7 +228,7 @@ static void few_or_many_rows(void **unused)
         report.missing = 31;
         report.period_ms = NAN;
         char *text = write_page();
-        assert_int_equal(count_of(text, "<g class=\"point"), 10);
+        assert_int_equal(markup_count(text, "<g class=\"point"), 10);
         assert_has(text, "31 rows of the sweep are missing");
         assert_has(text,
                    from ? "Plain rendering (full) is not among the rows" : "Only plain rendering (full)");
@@ -249,7 +242,7 @@ static void few_or_many_rows(void **unused)
     }
     report.rows = FV_ROWS_MAX;
     char *text = write_page();
-    assert_int_equal(count_of(text, "<g class=\"point"), 10 * FV_ROWS_MAX);
+    assert_int_equal(markup_count(text, "<g class=\"point"), 10 * FV_ROWS_MAX);
     free(text);
     for (int i = 0; i < FV_ROWS_MAX; i++) { /* all of one method */
         snprintf(row[i].method, sizeof row[i].method, "reproject");
@@ -258,7 +251,7 @@ static void few_or_many_rows(void **unused)
     free(write_page());
     for (int i = 0; i < FV_ROWS_MAX; i++) snprintf(row[i].scene, sizeof row[i].scene, "scene-%03d", i);
     text = write_page();
-    assert_int_equal(count_of(text, "<h2 class=\"scene\""), FV_ROWS_MAX);
+    assert_int_equal(markup_count(text, "<h2 class=\"scene\""), FV_ROWS_MAX);
     free(text);
 }
 
@@ -270,8 +263,8 @@ static void pictures_are_embedded(void **unused)
     report.pictures = folder;
     char *text = write_page();
     /* The reference; full's first; three levels of each of the four others; each with its difference. */
-    assert_int_equal(count_of(text, "<img"), 1 + 2 * (1 + 3 * 4));
-    assert_int_equal(count_of(text, "src=\"data:image/jpeg;base64,/9j/"), 1 + 2 * (1 + 3 * 4));
+    assert_int_equal(markup_count(text, "<img"), 1 + 2 * (1 + 3 * 4));
+    assert_int_equal(markup_count(text, "src=\"data:image/jpeg;base64,/9j/"), 1 + 2 * (1 + 3 * 4));
     free(text);
     /* Missing, empty, not a picture, a folder: left out, the rest stays. */
     unlink(path_of("cornell-reference.jpg"));
@@ -284,12 +277,12 @@ static void pictures_are_embedded(void **unused)
     unlink(path_of("cornell-full-0.jpg"));
     assert_int_equal(mkdir(path_of("cornell-full-0.jpg"), 0777), 0);
     text = write_page();
-    assert_int_equal(count_of(text, "<img"), 2 * (1 + 3 + 3 + 2) - 1);
+    assert_int_equal(markup_count(text, "<img"), 2 * (1 + 3 + 3 + 2) - 1);
     assert_has(text, "no picture of the reference");
     free(text);
     report.pictures = "/nowhere";
     text = write_page();
-    assert_int_equal(count_of(text, "<img"), 0);
+    assert_int_equal(markup_count(text, "<img"), 0);
     free(text);
 }
 

@@ -315,13 +315,6 @@ static void numbers_read_back_the_same(void **unused)
     assert_string_equal(fv_shown_fixed(NAN, 2).text, "\xE2\x80\x93");
 }
 
-static int count_of(const char *text, const char *part)
-{
-    int n = 0;
-    for (; (text = strstr(text, part)); text += strlen(part)) n++;
-    return n;
-}
-
 static void csv_has_a_row_a_frame(void **unused)
 {
     (void)unused;
@@ -343,8 +336,8 @@ static void csv_has_a_row_a_frame(void **unused)
     assert_int_equal(fv_report_csv(&session, path_of("frames.csv"), &error), 0);
     char *text = text_of("frames.csv");
     assert_memory_equal(text, header, sizeof header - 1);
-    assert_int_equal(count_of(text, "\n"), 501);
-    assert_int_equal(count_of(text, ","), 501 * 24);
+    assert_int_equal(markup_count(text, "\n"), 501);
+    assert_int_equal(markup_count(text, ","), 501 * 24);
     const char *first =
         "\n41,9007199254740993,,1.5,0.1,,0,0,0,-2,0,0,0.05,9223372036854775807,1,2,3,0,0,0,0,0,0,1,0\n";
     assert_memory_equal(text + sizeof header - 2, first, strlen(first));
@@ -399,7 +392,7 @@ static void page_holds_its_sections(void **unused)
         if (!strstr(text, parts[i])) print_message("no '%s'\n", parts[i]);
         assert_non_null(strstr(text, parts[i]));
     }
-    assert_int_equal(count_of(text, "data:image/png;base64,iVBOR"), 2);
+    assert_int_equal(markup_count(text, "data:image/png;base64,iVBOR"), 2);
     free(text);
 }
 
@@ -451,7 +444,7 @@ static void every_session_has_a_report(void **unused)
         assert_int_equal(fv_report_csv(&session, path_of("frames.csv"), &error), 0);
         char *csv = text_of("frames.csv");
         int expected = rows[i].frames < rows[i].capacity ? rows[i].frames : rows[i].capacity;
-        assert_int_equal(count_of(csv, "\n"), expected + 1);
+        assert_int_equal(markup_count(csv, "\n"), expected + 1);
         free(csv);
     }
 }
