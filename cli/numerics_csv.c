@@ -13,7 +13,8 @@ static const struct column {
     size_t offset, size; /* size: of a text; 0: a number */
     bool needed;         /* may not be empty */
 } columns[] = {
-#define TEXT(name, needed) {#name, offsetof(struct fv_numeric_row, name), sizeof ((struct fv_numeric_row *)0)->name, needed}
+#define TEXT(name, needed) \
+    {#name, offsetof(struct fv_numeric_row, name), sizeof ((struct fv_numeric_row *)0)->name, needed}
 #define NUMBER(name) {#name, offsetof(struct fv_numeric_row, name), 0, false}
     TEXT(quantity, true), TEXT(method, true), TEXT(condition, false), NUMBER(error_p50), NUMBER(error_p95),
     TEXT(error_unit, false), NUMBER(cost), TEXT(cost_unit, false),
@@ -26,7 +27,8 @@ int fv_numerics_write(const struct fv_numeric_row *row, int rows, const char *pa
 {
     static struct fv_writer out;
     if (fv_writer_open(&out, path, error)) return -1;
-    for (int c = 0; c < COLUMNS; c++) fv_writer_print(&out, "%s%c", columns[c].name, c + 1 < COLUMNS ? ',' : '\n');
+    for (int c = 0; c < COLUMNS; c++)
+        fv_writer_print(&out, "%s%c", columns[c].name, c + 1 < COLUMNS ? ',' : '\n');
     for (const struct fv_numeric_row *r = row; r < row + rows; r++)
         for (int c = 0; c < COLUMNS; c++) {
             const void *cell = (const char *)r + columns[c].offset;
@@ -70,7 +72,9 @@ static bool read_row(char *line, struct fv_numeric_row *row)
         char *comma = strchr(line, ','), *to = (char *)row + columns[c].offset;
         if ((comma != NULL) != (c + 1 < COLUMNS)) return false;
         if (comma) *comma = 0;
-        if (!(columns[c].size ? read_text(line, &columns[c], to) : read_number(line, (double *)(void *)to))) return false;
+        bool good =
+            columns[c].size ? read_text(line, &columns[c], to) : read_number(line, (double *)(void *)to);
+        if (!good) return false;
         if (comma) line = comma + 1;
     }
     return true;
@@ -80,7 +84,8 @@ static bool is_heading(const char *line)
 {
     for (int c = 0; c < COLUMNS; c++) {
         size_t length = strlen(columns[c].name);
-        if (strncmp(line, columns[c].name, length) != 0 || line[length] != (c + 1 < COLUMNS ? ',' : 0)) return false;
+        if (strncmp(line, columns[c].name, length) != 0) return false;
+        if (line[length] != (c + 1 < COLUMNS ? ',' : 0)) return false;
         line += length + 1;
     }
     return true;
@@ -104,10 +109,11 @@ int fv_numerics_read(struct fv_numeric_row *row, const char *path, struct fv_err
         *end = 0;
         if (line == 1) wrong = is_heading(at) ? NULL : "not the columns of numerics.csv";
         else if (rows == FV_NUMERICS_MAX) wrong = "more rows than the table has";
-        else if (!read_row(at, &row[rows++])) wrong = "not a row of numerics.csv: texts, and numbers that are not negative";
+        else if (!read_row(at, &row[rows++])) wrong = "not a row of texts and numbers that are not negative";
         at = end + 1;
     }
     free(text);
     if (!wrong && line > 0) return rows;
-    return fv_error_set(error, "%s:%d: %s; measure it again", path, line ? line : 1, wrong ? wrong : "the file is empty");
+    return fv_error_set(error, "%s:%d: %s; measure it again", path, line ? line : 1,
+                        wrong ? wrong : "the file is empty");
 }

@@ -109,8 +109,9 @@ void fv_experiment_integration(struct fv_setup *setup, struct fv_numerics *n)
             if (fv_numerics_stopped(n)) return;
             run_all(motions[k].at, rates[r].period_ns, rate, error, ns);
             for (int m = 0; m < FV_INTEGRATORS; m++) {
-                struct fv_numeric_row *row = fv_numerics_add(n, "IMU integration", fv_integrators[m].name, "deg after 10 s",
-                                                             "%s at %s", motions[k].name, rates[r].name);
+                struct fv_numeric_row *row =
+                    fv_numerics_add(n, "IMU integration", fv_integrators[m].name, "deg after 10 s",
+                                    "%s at %s", motions[k].name, rates[r].name);
                 fv_numerics_errors(row, error[m], RUNS);
                 row->cost = ns[m];
                 snprintf(row->cost_unit, sizeof row->cost_unit, "ns/sample");

@@ -36,7 +36,8 @@ struct gazes {
 static double between_deg(const double a[3], const double b[3])
 {
     double c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-    return atan2(sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]), a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) * (180 / M_PI);
+    double sine = sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
+    return atan2(sine, a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) * (180 / M_PI);
 }
 
 static double turned_deg(const double a[4], const double b[4])
@@ -61,7 +62,8 @@ static bool head_at(const struct heads *h, int64_t *at, int64_t t_ns, double rot
     return true;
 }
 
-static int head_errors(const struct heads *h, const struct fv_head_predictor *p, int64_t horizon_ns, double *error)
+static int head_errors(const struct heads *h, const struct fv_head_predictor *p, int64_t horizon_ns,
+                       double *error)
 {
     int64_t step = h->count / PREDICTIONS + 1, at = 0;
     int count = 0;
@@ -93,7 +95,8 @@ static bool gaze_at(const struct gazes *g, int64_t *at, int64_t t_ns, double dir
 }
 
 /* Both eyes' errors. */
-static int gaze_errors(const struct gazes *g, const struct fv_gaze_predictor *p, int64_t horizon_ns, double *error)
+static int gaze_errors(const struct gazes *g, const struct fv_gaze_predictor *p, int64_t horizon_ns,
+                       double *error)
 {
     int64_t step = g->count / PREDICTIONS + 1, at = 0;
     int count = 0;
@@ -127,10 +130,14 @@ void fv_experiment_head(struct fv_setup *setup, struct fv_numerics *n)
     if (tape) heads[1] = (struct heads){"imu.tape", tape->head, tape->heads};
     for (int source = 0; source < (tape ? 2 : 1); source++)
         for (int k = 0; k < HORIZONS; k++)
-            for (int p = 0; p < FV_HEAD_PREDICTORS && !fv_numerics_stopped(n); p++)
-                fv_numerics_errors(fv_numerics_add(n, "head prediction", fv_head_predictors[p].name, "deg", "%s %d ms ahead",
-                                                   heads[source].name, horizons_ms[k]),
-                                   error, head_errors(&heads[source], &fv_head_predictors[p], horizons_ms[k] * 1000000ll, error));
+            for (int p = 0; p < FV_HEAD_PREDICTORS && !fv_numerics_stopped(n); p++) {
+                const struct fv_head_predictor *predictor = &fv_head_predictors[p];
+                struct fv_numeric_row *row =
+                    fv_numerics_add(n, "head prediction", predictor->name, "deg", "%s %d ms ahead",
+                                    heads[source].name, horizons_ms[k]);
+                int errors = head_errors(&heads[source], predictor, horizons_ms[k] * 1000000ll, error);
+                fv_numerics_errors(row, error, errors);
+            }
 }
 
 void fv_experiment_gaze(struct fv_setup *setup, struct fv_numerics *n)
@@ -139,13 +146,18 @@ void fv_experiment_gaze(struct fv_setup *setup, struct fv_numerics *n)
     struct fv_gaze_sample *simulated = take((size_t)count * sizeof *simulated);
     const struct fv_tape *tape = fv_sensors_eye_tape(setup->sensors);
     double *error = take(2 * PREDICTIONS * sizeof *error);
-    for (int64_t i = 0; i < count; i++) fv_sim_gaze((uint64_t)setup->config.eye_seed, i * gaze_period_ns, &simulated[i]);
+    for (int64_t i = 0; i < count; i++)
+        fv_sim_gaze((uint64_t)setup->config.eye_seed, i * gaze_period_ns, &simulated[i]);
     struct gazes gazes[2] = {{"simulated eyes", simulated, count}};
     if (tape) gazes[1] = (struct gazes){"eye.tape", tape->gaze, tape->gazes};
     for (int source = 0; source < (tape ? 2 : 1); source++)
         for (int k = 0; k < HORIZONS; k++)
-            for (int p = 0; p < FV_GAZE_PREDICTORS && !fv_numerics_stopped(n); p++)
-                fv_numerics_errors(fv_numerics_add(n, "gaze prediction", fv_gaze_predictors[p].name, "deg", "%s %d ms ahead",
-                                                   gazes[source].name, horizons_ms[k]),
-                                   error, gaze_errors(&gazes[source], &fv_gaze_predictors[p], horizons_ms[k] * 1000000ll, error));
+            for (int p = 0; p < FV_GAZE_PREDICTORS && !fv_numerics_stopped(n); p++) {
+                const struct fv_gaze_predictor *predictor = &fv_gaze_predictors[p];
+                struct fv_numeric_row *row =
+                    fv_numerics_add(n, "gaze prediction", predictor->name, "deg", "%s %d ms ahead",
+                                    gazes[source].name, horizons_ms[k]);
+                int errors = gaze_errors(&gazes[source], predictor, horizons_ms[k] * 1000000ll, error);
+                fv_numerics_errors(row, error, errors);
+            }
 }

@@ -96,8 +96,8 @@ static void move_on(const struct fv_pose *from, const struct velocity *v, double
 
 /* The newest pose, moved on at the slope over the last `window` (at least two samples), the velocity
  * falling by 1/e in `fall_s`. */
-static void head_at(const struct fv_head_sample *history, int count, int64_t t_ns, int64_t window, double fall_s,
-                    struct fv_pose *head)
+static void head_at(const struct fv_head_sample *history, int count, int64_t t_ns, int64_t window,
+                    double fall_s, struct fv_pose *head)
 {
     const struct fv_head_sample *s[HISTORY];
     int n = head_history(history, count, s), used = n < 2 ? n : 2;
@@ -146,8 +146,8 @@ static int gaze_history(const struct fv_gaze_sample *history, int count, const s
     int n = 0;
     for (int i = count - 1; i >= 0 && i >= count - HISTORY && n < 2; i--) {
         const struct fv_gaze_sample *s = &history[i];
-        if (!s->valid || !fv_gaze_direction_good(s->direction[0]) || !fv_gaze_direction_good(s->direction[1])) continue;
-        if (n == 0 || s->t_ns < out[0]->t_ns) out[n++] = s;
+        bool good = fv_gaze_direction_good(s->direction[0]) && fv_gaze_direction_good(s->direction[1]);
+        if (s->valid && good && (n == 0 || s->t_ns < out[0]->t_ns)) out[n++] = s;
     }
     return n;
 }
@@ -176,7 +176,8 @@ static void gaze_hold(const struct fv_gaze_sample *history, int count, int64_t t
     memcpy(direction, gaze_history(history, count, s) ? s[0]->direction : ahead, sizeof ahead);
 }
 
-static void gaze_velocity(const struct fv_gaze_sample *history, int count, int64_t t_ns, double direction[2][3])
+static void gaze_velocity(const struct fv_gaze_sample *history, int count, int64_t t_ns,
+                          double direction[2][3])
 {
     const struct fv_gaze_sample *s[2];
     gaze_hold(history, count, t_ns, direction);

@@ -126,8 +126,8 @@ static double percentile(const uint32_t *bucket, double part)
 }
 
 /* One method at one spacing over the whole picture. */
-static void measure(const struct fv_depth_method *method, const struct grid *exact, const struct grid *nodes, float *line,
-                    uint32_t *bucket, struct fv_depth_row *out)
+static void measure(const struct fv_depth_method *method, const struct grid *exact, const struct grid *nodes,
+                    float *line, uint32_t *bucket, struct fv_depth_row *out)
 {
     int64_t least_ns = INT64_MAX;
     memset(bucket, 0, BUCKETS * sizeof *bucket);
@@ -143,7 +143,8 @@ static void measure(const struct fv_depth_method *method, const struct grid *exa
     for (int y = 0; y < exact->height; y++) {
         struct fv_depth_span span = span_at(nodes, y, line);
         method->row(&span);
-        count_errors(line + nodes->spacing / 2, exact->inverse_depth + y * exact->stride, exact->width, bucket);
+        const float *pixels = exact->inverse_depth + y * exact->stride;
+        count_errors(line + nodes->spacing / 2, pixels, exact->width, bucket);
     }
     *out = (struct fv_depth_row){.method = method->name, .spacing = nodes->spacing,
                                  .error_p50 = percentile(bucket, 0.5), .error_p95 = percentile(bucket, 0.95),
@@ -160,7 +161,8 @@ int fv_depth_measure(const struct fv_tracer *tracer, const struct fv_view *view,
 {
     const struct fv_depth_method *methods = fv_depth_methods(tracer->isa);
     struct fv_samples *samples = take((size_t)workers->count * sizeof *samples);
-    struct grid exact = {tracer, view, samples, view->width, view->height, 1, view->width, NULL}, nodes = exact;
+    struct grid exact = {tracer, view, samples, view->width, view->height, 1, view->width, NULL};
+    struct grid nodes = exact;
     size_t most = (size_t)(view->width / spacings[0] + 3) * (size_t)(view->height / spacings[0] + 3);
     float *node = take(most * sizeof *node), *line = take((size_t)(view->width + 64) * sizeof *line);
     uint32_t *bucket = take(BUCKETS * sizeof *bucket);

@@ -48,7 +48,8 @@ static inline __attribute__((always_inline)) void linear(const struct fv_depth_s
         float a = metres(upper[r]), b = metres(upper[r + 1]);
         float left = a + (metres(lower[r]) - a) * s->down;
         float step = b + (metres(lower[r + 1]) - b) * s->down - left;
-        for (int i = 0; i < spacing; i++) out[i] = 1.0f / (left + step * (((float)i + 0.5f) / (float)spacing));
+        for (int i = 0; i < spacing; i++)
+            out[i] = 1.0f / (left + step * (((float)i + 0.5f) / (float)spacing));
     }
 }
 
@@ -62,12 +63,12 @@ static inline __attribute__((always_inline)) void front(const struct fv_depth_sp
     }
 }
 
-#define ROW(name)                                                                                                \
-    static void name##_row(const struct fv_depth_span *s)                                                        \
-    {                                                                                                            \
-        if (s->spacing == 4) name(s, 4);                                                                         \
-        else if (s->spacing == 8) name(s, 8);                                                                    \
-        else name(s, 16);                                                                                        \
+#define ROW(name)                                         \
+    static void name##_row(const struct fv_depth_span *s) \
+    {                                                     \
+        if (s->spacing == 4) name(s, 4);                  \
+        else if (s->spacing == 8) name(s, 8);             \
+        else name(s, 16);                                 \
     }
 ROW(nearest)
 ROW(inverse)
