@@ -1,0 +1,20 @@
+/* picture: pictures of a sweep in files: PNG for what is compared again, JPEG for what is looked at. */
+#ifndef FV_MEASURE_PICTURE_H
+#define FV_MEASURE_PICTURE_H
+
+#include "platform/files.h"
+#include "rt/measure/metrics.h"
+
+/* Returns 0, or -1 with the error set: no half-written file is left. */
+int fv_picture_png(const struct fv_metrics_picture *picture, const char *path, struct fv_error *error);
+int fv_picture_jpeg(const struct fv_metrics_picture *picture, const char *path, struct fv_error *error);
+
+/* A map of values from 0 (black) to `white` and above (white), width * height. */
+int fv_picture_map_jpeg(const float *map, int width, int height, float white, const char *path,
+                        struct fv_error *error);
+
+/* Reads into `pixel`, three bytes a pixel, which has room for width * height of them; -1 where the file has
+ * another size or is no picture. */
+int fv_picture_read(const char *path, int width, int height, uint8_t *pixel, struct fv_error *error);
+
+#endif

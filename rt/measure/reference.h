@@ -1,0 +1,57 @@
+/* reference: what a sweep's pictures are judged by: the left eye's picture of the last two frames of
+ * each segment at many samples a pixel, with exact depth, and each pixel's zone of eccentricity.
+ *
+ * Rendered once, by doubling the samples until half of them agree with all to FV_REFERENCE_DB or the time
+ * for it is used up, and kept as PNG in a folder with a file that says of what they are. */
+#ifndef FV_MEASURE_REFERENCE_H
+#define FV_MEASURE_REFERENCE_H
+
+#include "rt/frame/loop.h"
+#include "rt/measure/metrics.h"
+
+enum { FV_SWEEP_SEGMENTS = 5, FV_REFERENCE_SPP_MIN = 16, FV_REFERENCE_SPP_MAX = 256, FV_REFERENCE_DB = 50 };
+
+/* What a frame is latched from. */
+struct fv_sweep_frame {
+    int64_t t_ns;
+    struct fv_pose head;
+    double gaze[2][3], uncertainty_deg;
+};
+
+/* The last frame of a segment and the one before. */
+enum { FV_REFERENCE_BEFORE, FV_REFERENCE_LAST, FV_REFERENCE_PICTURES };
+struct fv_reference_segment {
+    struct fv_metrics_picture picture[FV_REFERENCE_PICTURES];
+    float *inverse_depth[FV_REFERENCE_PICTURES]; /* at pixel centres, stride of the frame's buffers */
+    struct fv_map map;                           /* from the last frame's pixels to those before */
+    uint8_t *zone;                               /* of the last frame's pixels (metrics.h) */
+    double flicker;                              /* of the reference itself */
+};
+
+struct fv_reference {
+    struct fv_config config; /* the sweep's, one eye */
+    struct fv_plan plan;
+    struct fv_session session;
+    struct fv_loop loop;
+    struct fv_workers *workers;
+    int spp;
+    double agreement_db; /* PSNR of half the samples against all of them */
+    struct fv_reference_segment segment[FV_SWEEP_SEGMENTS];
+};
+
+/* Takes the memory. */
+void fv_reference_open(struct fv_reference *reference, const struct fv_config *config, const struct fv_tracer *tracer,
+                       struct fv_workers *workers);
+
+/* -1 with the error set where the folder (which need not be there) holds references of another `key`. */
+int fv_reference_check(const char *folder, const char *key, struct fv_error *error);
+
+/* Renders or loads all segments: frames[segment][FV_REFERENCE_PICTURES]. `seconds`: what it may take, about.
+ * `stopped` and `progress` as in struct fv_sweep_io. Returns 0; 1: stopped; -1 with the error set. */
+int fv_reference_make(struct fv_reference *reference, const char *folder, const char *key,
+                      const struct fv_sweep_frame (*frames)[FV_REFERENCE_PICTURES], struct fv_metrics *metrics,
+                      double seconds, bool (*stopped)(void *context),
+                      void (*progress)(void *context, const char *what, double done), void *context,
+                      struct fv_error *error);
+
+#endif

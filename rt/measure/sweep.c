@@ -1,0 +1,232 @@
+/* sweep: which rows there are, what they may take, and where they are kept; contest.c measures one. */
+#include "rt/measure/sweep.h"
+
+#include "platform/arena.h"
+#include "rt/measure/contest.h"
+#include "rt/measure/picture.h"
+#include "rt/measure/sweep_key.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { METHODS_MAX = 8, MANY_SECONDS = 30 };
+
+/* A row of the whole sweep. */
+struct place {
+    int method, level; /* method: index of the contenders */
+    int repeats, timed; /* times through the segments, timed frames of each */
+    double full_frames; /* cost of its frame, guessed, in full frames at one sample */
+    double seconds;     /* what it will take, guessed */
+};
+
+struct fv_sweep {
+    struct fv_config config; /* with a sink, so that there are pictures */
+    const struct fv_tracer *tracer;
+    struct fv_workers *workers;
+    struct fv_sweep_io io;
+    double seconds;
+    int64_t start_ns;
+    double full_seconds; /* a full frame */
+    char out[FV_PATH_MAX], key[32], scene[64], about[320];
+    int methods;
+    struct fv_contender contender[METHODS_MAX];
+    struct fv_reference reference;
+    struct fv_contest contest;
+    int rows, others;
+    struct place place[FV_ROWS_MAX];
+    double done_seconds, all_seconds; /* of the rows, guessed */
+};
+
+static void file_name(const struct fv_sweep *s, char *path, size_t size, const char *folder, int n, const char *ending)
+{
+    const struct place *p = &s->place[n];
+    snprintf(path, size, "%s/%s/%s-%s-%d%s", s->out, folder, s->scene, s->contender[p->method].plan.method->name, p->level, ending);
+}
+
+/* Letters, digits and -._ stay: the name becomes part of file names and of a CSV cell. */
+static void plain_name(char *to, size_t size, const char *from)
+{
+    size_t n = 0;
+    for (; from[n] && n + 1 < size; n++) {
+        bool plain = (from[n] >= '0' && from[n] <= '9') || (from[n] >= 'A' && from[n] <= 'Z') ||
+                     (from[n] >= 'a' && from[n] <= 'z') || (n > 0 && strchr("-._", from[n]));
+        to[n] = plain ? from[n] : '_';
+    }
+    to[n] = 0;
+}
+
+static int choose_rows(struct fv_sweep *s, const struct fv_sweep_choice *choice, struct fv_error *error)
+{
+    int all = 0, levels = 0;
+    for (int m = 0; m < s->methods; m++) {
+        const struct fv_method *method = s->contender[m].plan.method;
+        bool wanted = !choice->method || strcmp(choice->method, method->name) == 0;
+        if (wanted && method->measured > levels) levels = method->measured;
+        for (int level = 0; level < method->measured; level++) {
+            bool mine = wanted && (choice->level < 0 || choice->level == level);
+            if (mine) mine = all++ % choice->shards == choice->shard;
+            if (!mine) s->others++;
+            else s->place[s->rows++] = (struct place){.method = m, .level = level};
+        }
+    }
+    if (all == 0 && choice->level >= 0)
+        return fv_error_set(error, "--level %d: there are levels 0 to %d", choice->level, levels - 1);
+    return 0;
+}
+
+/* Every frame that is looked at, in the order of time. */
+static void latch_frames(struct fv_sweep *s)
+{
+    double between = s->config.scene_path_seconds > 0 ? s->config.scene_path_seconds / FV_SWEEP_SEGMENTS : MANY_SECONDS;
+    int64_t period_ns = llround(1e9 / s->config.budget_hz);
+    for (int i = 0; i < FV_SWEEP_SEGMENTS; i++)
+        for (int k = 0; k < FV_SWEEP_FRAMES; k++) {
+            struct fv_sweep_frame *f = &s->contest.frame[i][k];
+            f->t_ns = llround((i + 0.5) * between * 1e9) + k * period_ns;
+            s->io.latch(s->io.context, f->t_ns, &f->head, f->gaze, &f->uncertainty_deg);
+        }
+}
+
+int fv_sweep_open(struct fv_sweep **sweep, const struct fv_config *config, const struct fv_tracer *tracer,
+                  struct fv_workers *workers, const struct fv_sweep_io *io, const struct fv_sweep_choice *choice,
+                  const char *out, struct fv_error *error)
+{
+    struct fv_sweep *s = *sweep = fv_arena_take(fv_arena(), "sweep", sizeof *s, 64);
+    char folder[FV_PATH_MAX + 16];
+    s->config = *config;
+    snprintf(s->config.display_sink, sizeof s->config.display_sink, "png");
+    s->config.method_spp = 1;
+    s->tracer = tracer;
+    s->workers = workers;
+    s->io = *io;
+    s->seconds = choice->seconds;
+    s->start_ns = fv_clock_now_ns(&fv_clock_monotonic);
+    snprintf(s->out, sizeof s->out, "%s", out);
+    plain_name(s->scene, sizeof s->scene, tracer->data->name);
+    for (int n = 0; fv_method_at(n) && n < METHODS_MAX; n++)
+        fv_contender_plan(&s->contender[s->methods++], fv_method_at(n), &s->config, tracer);
+    if (choose_rows(s, choice, error)) return -1;
+    latch_frames(s);
+    fv_sweep_key(s->key, sizeof s->key, &s->config, tracer->data, s->contest.frame);
+    snprintf(folder, sizeof folder, "%s/reference", out);
+    if (fv_reference_check(folder, s->key, error)) return -1;
+    fv_reference_open(&s->reference, &s->config, tracer, workers);
+    fv_contest_open(&s->contest, &s->reference, &s->config, tracer, workers, &s->io);
+    for (int i = 0; i < s->rows; i++)
+        fv_contender_open(&s->contender[s->place[i].method], &s->config, tracer, workers);
+    return 0;
+}
+
+int fv_sweep_rows(const struct fv_sweep *s)
+{
+    return s->rows;
+}
+
+int fv_sweep_others(const struct fv_sweep *s)
+{
+    return s->others;
+}
+
+/* Frames of each row, so that all together keep the time: `most` seconds a row, the same for all. */
+static double share_out(struct fv_sweep *s, double most, double judging)
+{
+    double all = 0;
+    for (int i = 0; i < s->rows; i++) {
+        struct place *p = &s->place[i];
+        const struct fv_plan *plan = &s->contender[p->method].plan;
+        double frame = p->full_frames * s->full_seconds, pair = frame + s->full_seconds;
+        double warm = FV_SWEEP_SEGMENTS * (plan->history ? FV_SWEEP_WARM : 1) * frame;
+        double frames = (most - judging - warm) / pair / FV_SWEEP_SEGMENTS;
+        p->timed = (int)fmin(fmax(frames, 1), FV_SWEEP_TIMED);
+        /* More than a usual row only where there is more than usual time. */
+        double repeats = s->seconds > FV_SWEEP_SECONDS ? frames / (FV_SWEEP_TIMED + (plan->history ? FV_SWEEP_WARM : 0)) : 1;
+        p->repeats = (int)fmin(fmax(repeats, 1), FV_SWEEP_REPEATS_MAX);
+        p->seconds = judging + p->repeats * (warm + FV_SWEEP_SEGMENTS * p->timed * pair);
+        all += p->seconds;
+    }
+    return all;
+}
+
+static void plan_time(struct fv_sweep *s, double judging)
+{
+    double spent = (double)(fv_clock_now_ns(&fv_clock_monotonic) - s->start_ns) * 1e-9;
+    double left = fmax(s->seconds - spent, 0), low = 0, high = s->seconds;
+    for (int i = 0; i < s->rows; i++) {
+        const struct place *p = &s->place[i];
+        struct fv_parameters parameters;
+        s->contender[p->method].plan.method->parameters(&s->config, p->level, &parameters);
+        s->place[i].full_frames = parameters.spp;
+    }
+    for (int i = 0; i < 40; i++) {
+        double middle = (low + high) / 2;
+        if (share_out(s, middle, judging) > left) high = middle;
+        else low = middle;
+    }
+    s->all_seconds = share_out(s, low, judging);
+}
+
+static void describe(struct fv_sweep *s)
+{
+    const struct fv_config *c = &s->config;
+    snprintf(s->about, sizeof s->about,
+             "%.60s, %s, %d thread%s; %.32s, %d x %lld x %lld px at %g Hz, %.1f px a degree; reference of %d samples a pixel, "
+             "half of which agree with them to %.3g dB",
+             fv_cpu_name(), fv_cpu_isa_name(s->tracer->isa), s->workers->count, s->workers->count == 1 ? "" : "s",
+             c->display_headset, (int)c->display_eyes, (long long)c->display_width, (long long)c->display_height,
+             c->budget_hz, s->contest.ppd, s->reference.spp, s->reference.agreement_db);
+}
+
+int fv_sweep_prepare(struct fv_sweep *s, struct fv_error *error)
+{
+    static struct fv_sweep_frame frames[FV_SWEEP_SEGMENTS][FV_REFERENCE_PICTURES];
+    char path[FV_PATH_MAX + 96];
+    for (int i = 0; i < FV_SWEEP_SEGMENTS; i++)
+        memcpy(frames[i], &s->contest.frame[i][FV_SWEEP_FRAMES - FV_REFERENCE_PICTURES], sizeof frames[i]);
+    snprintf(path, sizeof path, "%s/rows", s->out);
+    if (fv_folder_make(path, error)) return -1;
+    snprintf(path, sizeof path, "%s/pictures", s->out);
+    if (fv_folder_make(path, error)) return -1;
+    snprintf(path, sizeof path, "%s/reference", s->out);
+    int state = fv_reference_make(&s->reference, path, s->key, frames, s->contest.metrics, s->seconds / 5, s->io.stopped,
+                                  s->io.progress, s->io.context, error);
+    if (state) return state;
+    snprintf(path, sizeof path, "%s/pictures/%s-reference.jpg", s->out, s->scene);
+    if (fv_picture_jpeg(&s->reference.segment[FV_CONTEST_SHOWN].picture[FV_REFERENCE_LAST], path, error)) return -1;
+    describe(s);
+    double judging;
+    fv_contest_calibrate(&s->contest, &s->full_seconds, &judging);
+    plan_time(s, judging);
+    return 0;
+}
+
+int fv_sweep_row(struct fv_sweep *s, int n, struct fv_measure_row *row, bool *measured, struct fv_error *error)
+{
+    static char what[96], path[FV_PATH_MAX + 160], picture[FV_PATH_MAX + 160], difference[FV_PATH_MAX + 160];
+    const struct place *p = &s->place[n];
+    struct fv_contender *contender = &s->contender[p->method];
+    file_name(s, path, sizeof path, "rows", n, ".row");
+    file_name(s, picture, sizeof picture, "pictures", n, ".jpg");
+    file_name(s, difference, sizeof difference, "pictures", n, "-difference.jpg");
+    double done_from = s->done_seconds / s->all_seconds;
+    s->done_seconds += p->seconds;
+    *measured = false;
+    if (fv_file_exists(path)) {
+        if (fv_row_read(row, path, error)) return -1;
+        if (strcmp(row->key, s->key) == 0) return 0;
+        return fv_error_set(error, "%s: of another scene, version or other settings; remove the folder or give another --out", path);
+    }
+    *row = (struct fv_measure_row){.level = p->level};
+    snprintf(row->scene, sizeof row->scene, "%s", s->scene);
+    snprintf(row->method, sizeof row->method, "%s", contender->plan.method->name);
+    snprintf(row->about, sizeof row->about, "%s", s->about);
+    snprintf(row->key, sizeof row->key, "%s", s->key);
+    snprintf(what, sizeof what, "row %d of %d: %s level %d", n + 1, s->rows, row->method, row->level);
+    s->contest.what = what;
+    s->contest.done_from = done_from;
+    s->contest.done_to = s->done_seconds / s->all_seconds;
+    int state = fv_contest_run(&s->contest, contender, p->repeats, p->timed, row, picture, difference, error);
+    if (state) return state;
+    *measured = true;
+    return fv_row_write(row, path, error);
+}

@@ -1,0 +1,74 @@
+/* sweep_key: see sweep_key.h. Where files lie, where output goes and what sensors are called does not
+ * count: what came of them does. */
+#include "rt/measure/sweep_key.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* FNV-1a (Fowler, Noll, Vo), eight bytes a step. */
+static uint64_t hash(uint64_t h, const void *bytes, size_t size)
+{
+    const uint8_t *p = bytes;
+    for (; size >= 8; size -= 8, p += 8) {
+        uint64_t word;
+        memcpy(&word, p, 8);
+        h = (h ^ word) * 0x100000001b3u;
+        h ^= h >> 29;
+    }
+    for (; size; size--, p++) h = (h ^ *p) * 0x100000001b3u;
+    return h;
+}
+
+static bool counts(const struct fv_key *key)
+{
+    static const char *const sections[] = {"display", "method", "fovea", "threads"};
+    static const char *const without[] = {"sink", "y4m_path", "headset", "name", "sealed_heap"};
+    bool in = false;
+    for (unsigned i = 0; i < sizeof sections / sizeof sections[0]; i++) in |= strcmp(key->section, sections[i]) == 0;
+    for (unsigned i = 0; i < sizeof without / sizeof without[0]; i++) in &= strcmp(key->name, without[i]) != 0;
+    return in;
+}
+
+static uint64_t hash_settings(uint64_t h, const struct fv_config *config)
+{
+    static char text[32 * FV_LIST_MAX];
+    for (int i = 0; i < fv_keys_count; i++) {
+        if (!counts(&fv_keys[i])) continue;
+        fv_config_text(config, &fv_keys[i], text, sizeof text);
+        h = hash(h, fv_keys[i].name, strlen(fv_keys[i].name) + 1);
+        h = hash(h, text, strlen(text) + 1);
+    }
+    return h;
+}
+
+static uint64_t hash_scene(uint64_t h, const struct fv_scene *s)
+{
+    h = hash(h, s->position, (size_t)s->vertices * 12);
+    h = hash(h, s->index, (size_t)s->triangles * 12);
+    h = hash(h, s->triangle, (size_t)s->triangles * sizeof *s->triangle);
+    h = hash(h, s->material, (size_t)s->materials * sizeof *s->material);
+    for (int i = 0; i < s->textures; i++) {
+        const struct fv_texture *t = &s->texture[i];
+        h = hash(h, t->texel + t->offset[0], (size_t)(t->width + 1) * (size_t)t->height * 4);
+    }
+    h = hash(h, s->light, (size_t)s->lights * sizeof *s->light);
+    h = hash(h, s->ambient, sizeof s->ambient);
+    h = hash(h, s->sky, sizeof s->sky);
+    return hash(h, &s->exposure, sizeof s->exposure);
+}
+
+void fv_sweep_key(char *out, unsigned size, const struct fv_config *config, const struct fv_scene *scene,
+                  const struct fv_sweep_frame (*frames)[FV_SWEEP_FRAMES])
+{
+    uint64_t h = hash(0xcbf29ce484222325u, FV_VERSION, sizeof FV_VERSION);
+    h = hash_settings(h, config);
+    h = hash_scene(h, scene);
+    for (int s = 0; s < FV_SWEEP_SEGMENTS; s++)
+        for (int k = 0; k < FV_SWEEP_FRAMES; k++) {
+            const struct fv_sweep_frame *f = &frames[s][k];
+            h = hash(h, &f->t_ns, sizeof f->t_ns);
+            h = hash(h, &f->head, sizeof f->head);
+            h = hash(h, f->gaze, sizeof f->gaze);
+        }
+    snprintf(out, size, "%016llx", (unsigned long long)h);
+}
