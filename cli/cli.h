@@ -13,15 +13,27 @@
 /* Exit codes, fixed: scripts depend on them. */
 enum { FV_EXIT_DONE = 0, FV_EXIT_NOT_HELD = 1, FV_EXIT_UNUSABLE = 2, FV_EXIT_DEVICE = 3 };
 
+enum { FV_OPERANDS_MAX = 256 };
+
+/* Options of measure. */
+struct fv_measure_arguments {
+    const char *method; /* --method, NULL: all */
+    int level;          /* --level, -1: all */
+    double seconds;     /* --seconds */
+    int shard, shards;  /* --shard I/N: I - 1 and N; 0 of 1 where it is not given */
+    bool merge;         /* --merge: the operands are folders to join */
+};
+
 struct fv_arguments {
     struct fv_config_request request;
+    struct fv_measure_arguments measure;
     const char *out;         /* --out, "out" where it is not given */
     int64_t frames;          /* --frames, -1 where it is not given */
     double ppd;              /* --ppd, pixels per degree, 67 where it is not given */
     double fov_deg;          /* --fov, across the picture, 0 where it is not given */
     double gaze_px[2];       /* --gaze, where has_gaze */
     bool has_gaze;
-    const char *operand[16]; /* what stands behind the verb without an option */
+    const char *operand[FV_OPERANDS_MAX]; /* what stands behind the verb without an option */
     int operands;
 };
 
@@ -30,7 +42,7 @@ struct fv_verb {
     const char *name;
     int (*run)(const struct fv_arguments *arguments); /* returns an exit code */
     const char *options; /* the options it takes, each followed by a space */
-    int operands;        /* the most words that it takes without an option, at most 16 */
+    int operands;        /* the most words that it takes without an option */
     const char *usage, *what;
 };
 extern const struct fv_verb fv_verbs[];
@@ -39,6 +51,7 @@ extern const int fv_verbs_count;
 int fv_verb_run(const struct fv_arguments *arguments);
 int fv_verb_replay(const struct fv_arguments *arguments);
 int fv_verb_compare(const struct fv_arguments *arguments);
+int fv_verb_measure(const struct fv_arguments *arguments);
 int fv_verb_plan(const struct fv_arguments *arguments);
 int fv_verb_help(const struct fv_arguments *arguments);
 int fv_verb_version(const struct fv_arguments *arguments);
@@ -58,6 +71,17 @@ struct fv_setup {
 
 /* Settings, scene, tracer and plan. Returns 0, or -1 with the error set. */
 int fv_setup_open(struct fv_setup *setup, const struct fv_config_request *request, struct fv_error *error);
+
+/* The method of that name; NULL with the error set, which says which `key` named it. */
+const struct fv_method *fv_setup_method(const char *name, const char *key, struct fv_error *error);
+
+/* Sensors and workers. Returns 0, or -1 with the error set. */
+int fv_setup_start(struct fv_setup *setup, struct fv_error *error);
+
+/* What the sensors say at a session time, t_ns growing from call to call, and the head's pose in the world
+ * that follows for a viewer on the scene's path. */
+void fv_setup_latch(struct fv_setup *setup, int64_t t_ns, struct fv_pose *relative, struct fv_gaze *gaze,
+                    struct fv_pose *head);
 
 /* Sensors, workers, buffers and records: all the memory that a run of `frames` frames (-1: no end)
  * takes, but for its sink's. Records are kept of the first FV_RECORDS_MAX frames. */

@@ -2,6 +2,7 @@
 #include "cli/cli.h"
 
 #include "platform/log.h"
+#include "rt/measure/sweep.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -16,6 +17,9 @@ const struct fv_verb fv_verbs[] = {
     {"compare", fv_verb_compare, "--ppd --gaze --fov ", 2,
      "compare REFERENCE.png TEST.png [--ppd N] [--gaze x,y] [--fov DEGREES]",
      "PSNR, RMSE, SSIM and FLIP of a picture, by eccentricity from the gaze (pixels; default: the centre)"},
+    {"measure", fv_verb_measure, "--config --set --out --method --level --seconds --shard --merge ", FV_OPERANDS_MAX,
+     "measure [--method M] [--level L] [--seconds S] [--shard I/N] [--merge DIR...]",
+     "error against run time: sweeps methods and levels on a scene; measure.csv and report.html in --out"},
     {"plan", fv_verb_plan, "--config --set --frames ", 0, "plan",
      "what this scene and method need, what is left out and why; no frame is run"},
     {"help", fv_verb_help, "", 1, "help [VERB|SECTION|KEY]", "this; the settings of a section; one setting"},
@@ -96,6 +100,49 @@ static int read_gaze(struct fv_arguments *a, const char *value)
     return 0;
 }
 
+static int read_method(struct fv_arguments *a, const char *value)
+{
+    a->measure.method = value;
+    return 0;
+}
+
+static int read_level(struct fv_arguments *a, const char *value)
+{
+    char *end;
+    long level = strtol(value, &end, 10);
+    if (*end || end == value || level < 0 || level > 1000) return unusable("--level %s: must be a whole number from 0", value);
+    a->measure.level = (int)level;
+    return 0;
+}
+
+static int read_seconds(struct fv_arguments *a, const char *value)
+{
+    char *end;
+    a->measure.seconds = strtod(value, &end);
+    if (*end || end == value || !(a->measure.seconds > 0 && a->measure.seconds <= 1e6))
+        return unusable("--seconds %s: must be a number over 0, up to 1000000", value);
+    return 0;
+}
+
+static int read_shard(struct fv_arguments *a, const char *value)
+{
+    char *end, *last;
+    long shard = strtol(value, &end, 10), shards = *end == '/' ? strtol(end + 1, &last, 10) : 0;
+    if (*end != '/' || end == value || *last || last == end + 1 || shard < 1 || shard > shards || shards > 100000)
+        return unusable("--shard %s: must be I/N, the I-th of N shares, I from 1 to N", value);
+    a->measure.shard = (int)shard - 1;
+    a->measure.shards = (int)shards;
+    return 0;
+}
+
+static int read_merge(struct fv_arguments *a, const char *value)
+{
+    a->measure.merge = true;
+    if (a->operands == FV_OPERANDS_MAX) return unusable("--merge %s: too many folders", value);
+    a->operand[a->operands++] = value;
+    return 0;
+}
+
 /* Returns 0, or -1 with the reason logged. */
 static const struct option {
     const char *name;
@@ -103,6 +150,11 @@ static const struct option {
 } options[] = {
     {"--config", read_config}, {"--set", read_set}, {"--out", read_out}, {"--frames", read_frames},
     {"--ppd", read_ppd},       {"--gaze", read_gaze}, {"--fov", read_fov},
+    return 0;
+}
+
+    {"--method", read_method}, {"--level", read_level}, {"--seconds", read_seconds}, {"--shard", read_shard},
+    {"--merge", read_merge},
 };
 
 /* The option that `text` begins with, as far as the verb takes it; NULL otherwise. */
@@ -141,6 +193,7 @@ static int read_arguments(int verb, int count, char **text, struct fv_arguments 
 static int run_verb(int count, char **text)
 {
     struct fv_arguments arguments = {.out = "out", .frames = -1, .ppd = 67};
+    struct fv_arguments arguments = {.out = "out", .frames = -1, .measure = {.level = -1, .seconds = FV_SWEEP_SECONDS, .shards = 1}};
     const char *verb = count > 1 ? text[1] : "help";
     if (strcmp(verb, "--help") == 0 || strcmp(verb, "-h") == 0) verb = "help";
     if (strcmp(verb, "--version") == 0) verb = "version";

@@ -35,12 +35,10 @@ static void on_signal(int number)
 static void latch(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3], double *uncertainty_deg)
 {
     struct run *r = context;
-    struct fv_pose stand, relative;
+    struct fv_pose relative;
     struct fv_gaze g;
-    fv_sensors_latch(r->setup.sensors, t_ns, &relative, &g);
+    fv_setup_latch(&r->setup, t_ns, &relative, &g, head);
     fv_record_latch(t_ns, &relative, &g);
-    fv_path_pose(&r->setup.config.scene_path, r->setup.config.scene_path_seconds, t_ns, &stand);
-    fv_pose_compose(&stand, &relative, head);
     memcpy(gaze, g.direction, sizeof g.direction);
     r->gaze_latency_ms = (float)((double)(t_ns - g.t_ns) * 1e-6);
     *uncertainty_deg = g.uncertainty_deg;

@@ -5,16 +5,18 @@
 
 #include <string.h>
 
-static int find_method(const struct fv_config *config, const struct fv_method **method, struct fv_error *error)
+const struct fv_method *fv_setup_method(const char *name, const char *key, struct fv_error *error)
 {
     char known[128] = "";
-    *method = fv_method_find(config->method_name);
-    if (*method) return 0;
+    const struct fv_method *method = fv_method_find(name);
+    if (method) return method;
     for (int n = 0; fv_method_at(n); n++) {
         strncat(known, " ", sizeof known - strlen(known) - 1);
         strncat(known, fv_method_at(n)->name, sizeof known - strlen(known) - 1);
     }
-    return fv_config_error(error, "method.name", "'%.60s' is not known; there are:%s", config->method_name, known);
+    if (key[0] == '-') fv_error_set(error, "%s %.60s: not known; there are:%s", key, name, known);
+    else fv_config_error(error, key, "'%.60s' is not known; there are:%s", name, known);
+    return NULL;
 }
 
 int fv_setup_open(struct fv_setup *s, const struct fv_config_request *request, struct fv_error *error)
@@ -22,7 +24,8 @@ int fv_setup_open(struct fv_setup *s, const struct fv_config_request *request, s
     const struct fv_method *method;
     if (fv_config_load(&s->config, request, error)) return -1;
     fv_arena_limit(fv_arena(), (size_t)s->config.budget_memory_mb << 20);
-    if (find_method(&s->config, &method, error)) return -1;
+    method = fv_setup_method(s->config.method_name, "method.name", error);
+    if (!method) return -1;
     if (fv_scene_load(&s->scene, &s->config, error)) return -1;
     if (fv_tracer_open(&s->tracer, &s->scene, &s->config, error)) return -1;
     fv_frame_size(&s->loop.frame, &s->config);
@@ -30,12 +33,28 @@ int fv_setup_open(struct fv_setup *s, const struct fv_config_request *request, s
     return 0;
 }
 
-int fv_setup_take(struct fv_setup *s, int64_t frames, struct fv_error *error)
+int fv_setup_start(struct fv_setup *s, struct fv_error *error)
 {
     const struct fv_config *c = &s->config;
     if (fv_sensors_open(&s->sensors, c, error)) return -1;
     int count = c->threads_workers ? (int)c->threads_workers : fv_threads_cores();
     fv_workers_start(&s->workers, count, strcmp(c->threads_pin, "on") == 0);
+    return 0;
+}
+
+void fv_setup_latch(struct fv_setup *s, int64_t t_ns, struct fv_pose *relative, struct fv_gaze *gaze,
+                    struct fv_pose *head)
+{
+    struct fv_pose stand;
+    fv_sensors_latch(s->sensors, t_ns, relative, gaze);
+    fv_path_pose(&s->config.scene_path, s->config.scene_path_seconds, t_ns, &stand);
+    fv_pose_compose(&stand, relative, head);
+}
+
+int fv_setup_take(struct fv_setup *s, int64_t frames, struct fv_error *error)
+{
+    const struct fv_config *c = &s->config;
+    if (fv_setup_start(s, error)) return -1;
     int64_t records = frames > 0 && frames < FV_RECORDS_MAX ? frames : FV_RECORDS_MAX;
     fv_loop_open(&s->loop, c, &s->plan, &s->tracer, &s->workers, &s->session, records);
     if (s->plan.present) s->png = fv_png_open((int)c->display_width, (int)c->display_height);

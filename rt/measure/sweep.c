@@ -88,6 +88,25 @@ static void latch_frames(struct fv_sweep *s)
         }
 }
 
+/* The row's file, where it is there: 1; 0 where not. */
+static int read_row(const struct fv_sweep *s, int n, struct fv_measure_row *row, struct fv_error *error)
+{
+    char path[FV_PATH_MAX + 160];
+    file_name(s, path, sizeof path, "rows", n, ".row");
+    if (!fv_file_exists(path)) return 0;
+    if (fv_row_read(row, path, error)) return -1;
+    if (strcmp(row->key, s->key) == 0) return 1;
+    return fv_error_set(error, "%s: of another scene, version or other settings; remove it or give another --out", path);
+}
+
+static int check_rows(const struct fv_sweep *s, struct fv_error *error)
+{
+    struct fv_measure_row row;
+    for (int i = 0; i < s->rows; i++)
+        if (read_row(s, i, &row, error) < 0) return -1;
+    return 0;
+}
+
 int fv_sweep_open(struct fv_sweep **sweep, const struct fv_config *config, const struct fv_tracer *tracer,
                   struct fv_workers *workers, const struct fv_sweep_io *io, const struct fv_sweep_choice *choice,
                   const char *out, struct fv_error *error)
@@ -110,7 +129,7 @@ int fv_sweep_open(struct fv_sweep **sweep, const struct fv_config *config, const
     latch_frames(s);
     fv_sweep_key(s->key, sizeof s->key, &s->config, tracer->data, s->contest.frame);
     snprintf(folder, sizeof folder, "%s/reference", out);
-    if (fv_reference_check(folder, s->key, error)) return -1;
+    if (fv_reference_check(folder, s->key, error) || check_rows(s, error)) return -1;
     fv_reference_open(&s->reference, &s->config, tracer, workers);
     fv_contest_open(&s->contest, &s->reference, &s->config, tracer, workers, &s->io);
     for (int i = 0; i < s->rows; i++)
@@ -211,11 +230,8 @@ int fv_sweep_row(struct fv_sweep *s, int n, struct fv_measure_row *row, bool *me
     double done_from = s->done_seconds / s->all_seconds;
     s->done_seconds += p->seconds;
     *measured = false;
-    if (fv_file_exists(path)) {
-        if (fv_row_read(row, path, error)) return -1;
-        if (strcmp(row->key, s->key) == 0) return 0;
-        return fv_error_set(error, "%s: of another scene, version or other settings; remove the folder or give another --out", path);
-    }
+    int there = read_row(s, n, row, error);
+    if (there) return there < 0 ? -1 : 0;
     *row = (struct fv_measure_row){.level = p->level};
     snprintf(row->scene, sizeof row->scene, "%s", s->scene);
     snprintf(row->method, sizeof row->method, "%s", contender->plan.method->name);

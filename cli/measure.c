@@ -1,0 +1,156 @@
+/* measure: the verb: error against run time, swept over methods and levels (rt/measure/sweep.h), and the
+ * other numerics (numerics.h). What is done stays done: the same command goes on where it stopped. */
+#include "cli/measure.h"
+#include "cli/numerics.h"
+
+#include "platform/log.h"
+#include "rt/measure/sweep.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+
+static volatile sig_atomic_t stop_signal;
+
+static void on_signal(int number)
+{
+    stop_signal = number;
+}
+
+struct measure {
+    struct fv_setup setup;
+    struct fv_sweep *sweep;
+    int64_t stage_ns; /* when what is under way began */
+    double stage_from; /* its part that was done then */
+    int64_t shown_ns;
+};
+
+static bool stopped(void *context)
+{
+    (void)context;
+    return stop_signal != 0;
+}
+
+static void latch(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3], double *uncertainty_deg)
+{
+    struct measure *m = context;
+    struct fv_pose relative;
+    struct fv_gaze g;
+    fv_setup_latch(&m->setup, t_ns, &relative, &g, head);
+    memcpy(gaze, g.direction, sizeof g.direction);
+    *uncertainty_deg = g.uncertainty_deg;
+}
+
+/* A bar, and the time left once there is something to tell it from. */
+static void progress(void *context, const char *what, double done)
+{
+    enum { WIDTH = 24 };
+    struct measure *m = context;
+    char bar[WIDTH + 1], left[32] = "";
+    int64_t now_ns = fv_clock_now_ns(&fv_clock_monotonic);
+    if (done == 0 || m->stage_ns == 0) {
+        m->stage_ns = now_ns;
+        m->stage_from = done;
+    }
+    double seconds = (double)(now_ns - m->stage_ns) * 1e-9, part = done - m->stage_from;
+    if (part > 0.01) {
+        int more = (int)(seconds / part * (1 - done) + 0.5);
+        snprintf(left, sizeof left, more >= 120 ? "%d min left" : "%d s left", more >= 120 ? more / 60 : more);
+    }
+    for (int i = 0; i < WIDTH; i++) bar[i] = i < done * WIDTH ? '#' : '.';
+    bar[WIDTH] = 0;
+    fv_log_progress("[%s] %3.0f %% %s: %s", bar, 100 * done, left, what);
+}
+
+static int open_sweep(struct measure *m, const struct fv_arguments *a, struct fv_error *error)
+{
+    const struct fv_measure_arguments *given = &a->measure;
+    struct fv_sweep_io io = {m, latch, stopped, progress};
+    struct fv_sweep_choice choice = {.method = given->method, .level = given->level, .shard = given->shard,
+                                     .shards = given->shards, .seconds = given->seconds};
+    if (fv_setup_open(&m->setup, &a->request, error)) return -1;
+    if (given->method && fv_setup_method(given->method, "--method", error) == NULL) return -1;
+    if (fv_setup_start(&m->setup, error)) return -1;
+    return fv_sweep_open(&m->sweep, &m->setup.config, &m->setup.tracer, &m->setup.workers, &io, &choice, a->out, error);
+}
+
+static void tell_row(int n, int rows, const struct fv_measure_row *r, bool measured)
+{
+    if (measured)
+        fv_log("row %d of %d: %s level %d (%s): %.1f ms, %.2f x full, %.1f dB in the fovea, %.1f dB in all", n + 1, rows,
+               r->method, r->level, r->parameters, r->frame_ms.value, r->speedup.value, r->psnr[FV_ZONE_FOVEA].value,
+               r->psnr[FV_ZONE_ALL].value);
+    else fv_log("row %d of %d: %s level %d is there already", n + 1, rows, r->method, r->level);
+}
+
+/* Returns 0; 1: stopped; -1 with the error set. */
+static int run_rows(struct measure *m, const char *out, struct fv_error *error)
+{
+    struct fv_measure_row row;
+    bool measured;
+    int rows = fv_sweep_rows(m->sweep), found, missing;
+    int state = rows ? fv_sweep_prepare(m->sweep, error) : 0;
+    m->stage_ns = 0;
+    for (int n = 0; n < rows && state == 0; n++) {
+        state = fv_sweep_row(m->sweep, n, &row, &measured, error);
+        if (state == 0) tell_row(n, rows, &row, measured);
+        if (state == 0 && measured) state = fv_measure_write(out, &found, &missing, error);
+    }
+    return state;
+}
+
+static int run_numerics(struct measure *m, const char *out, struct fv_error *error)
+{
+    static struct fv_numeric_row row[FV_NUMERICS_MAX];
+    char path[FV_PATH_MAX + 32];
+    snprintf(path, sizeof path, "%s/numerics.csv", out);
+    if (fv_file_exists(path)) return 0;
+    fv_log_progress("integrators, depth interpolation, prediction");
+    int rows = fv_numerics_measure(&m->setup, row, &stop_signal);
+    return stop_signal ? 1 : fv_numerics_write(row, rows, path, error);
+}
+
+static int finish(const char *out, int state, struct fv_error *error)
+{
+    int rows = 0, missing = 0;
+    if (state < 0 || fv_measure_write(out, &rows, &missing, error)) {
+        fv_log("%s", error->text);
+        return FV_EXIT_NOT_HELD;
+    }
+    if (state > 0) fv_log("stopped; %d rows are in %s, the same command goes on with the rest", rows, out);
+    else if (rows == 0) fv_log("this share has no rows; %s/measure.csv has its heading only", out);
+    else if (missing) fv_log("%d rows in %s/measure.csv, %d of the whole sweep are not; report: %s/report.html", rows, out, missing, out);
+    else fv_log("%d rows in %s/measure.csv; report: %s/report.html", rows, out, out);
+    return state > 0 ? FV_EXIT_NOT_HELD : FV_EXIT_DONE;
+}
+
+static int merge(const struct fv_arguments *a)
+{
+    struct fv_error error;
+    if (fv_measure_merge(a->operand, a->operands, a->out, &error)) {
+        fv_log("%s", error.text);
+        return FV_EXIT_UNUSABLE;
+    }
+    return finish(a->out, 0, &error);
+}
+
+int fv_verb_measure(const struct fv_arguments *a)
+{
+    static struct measure m;
+    struct fv_error error;
+    if (a->measure.merge) return merge(a);
+    if (a->operands) {
+        fv_log("'%s': not expected here; folders to join stand behind --merge", a->operand[0]);
+        return FV_EXIT_UNUSABLE;
+    }
+    if (open_sweep(&m, a, &error) || fv_folder_make(a->out, &error)) {
+        fv_log("%s", error.text);
+        return FV_EXIT_UNUSABLE;
+    }
+    struct sigaction action = {.sa_handler = on_signal};
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    int state = run_rows(&m, a->out, &error);
+    if (state == 0 && a->measure.shard == 0) state = run_numerics(&m, a->out, &error);
+    return finish(a->out, state, &error);
+}

@@ -1,0 +1,16 @@
+/* measure: what the verb `measure` leaves in its folder, read back and put together. */
+#ifndef FV_CLI_MEASURE_H
+#define FV_CLI_MEASURE_H
+
+#include "cli/cli.h"
+
+/* Reads all rows that lie in OUT and writes measure.csv and, where there is a row, report.html; *rows is
+ * their number, *missing how many more a whole sweep of their scenes has. Returns 0, or -1 with the error
+ * set, which it also is where two rows of a scene were measured with different settings. */
+int fv_measure_write(const char *out, int *rows, int *missing, struct fv_error *error);
+
+/* Copies what each folder's measure left into OUT; what is there already stays. Returns 0, or -1 with the
+ * error set. */
+int fv_measure_merge(const char *const *folder, int folders, const char *out, struct fv_error *error);
+
+#endif
