@@ -110,9 +110,9 @@ static int settle_samples(struct fv_reference *r, const struct fv_sweep_frame *f
     struct fv_metrics_picture *half = &s->picture[FV_REFERENCE_BEFORE], *all = &s->picture[FV_REFERENCE_LAST];
     struct fv_errors errors;
     double left = seconds / (FV_SWEEP_SEGMENTS * FV_REFERENCE_PICTURES);
-    render(r, frame, FV_REFERENCE_SPP_MIN / 2);
+    render(r, frame, FV_REFERENCE_SPP_MIN / 4);
     take_picture(r, (uint8_t *)all->pixel);
-    for (r->spp = FV_REFERENCE_SPP_MIN;; r->spp *= 2) {
+    for (r->spp = FV_REFERENCE_SPP_MIN / 2;; r->spp *= 2) {
         if (stopped(context)) return 1;
         int64_t start_ns = fv_clock_now_ns(&fv_clock_monotonic);
         memcpy((uint8_t *)half->pixel, all->pixel, (size_t)(all->stride_bytes * all->height));
@@ -121,7 +121,8 @@ static int settle_samples(struct fv_reference *r, const struct fv_sweep_frame *f
         double took = (double)(fv_clock_now_ns(&fv_clock_monotonic) - start_ns) * 1e-9;
         fv_metrics_compare(metrics, r->workers, all, half, s->zone, &errors);
         r->agreement_db = fmin(errors.psnr[FV_ZONE_ALL], 99);
-        if (r->agreement_db >= FV_REFERENCE_DB || 2 * r->spp > FV_REFERENCE_SPP_MAX || 2 * took > left) return 0;
+        bool settled = r->agreement_db >= FV_REFERENCE_DB && r->spp >= FV_REFERENCE_SPP_MIN;
+        if (settled || 2 * r->spp > FV_REFERENCE_SPP_MAX || 2 * took > left) return 0;
     }
 }
 

@@ -1,15 +1,15 @@
 /* reference: what a sweep's pictures are judged by: the left eye's picture of the last two frames of
  * each segment at many samples a pixel, with exact depth, and each pixel's zone of eccentricity.
  *
- * Rendered once, by doubling the samples until half of them agree with all to FV_REFERENCE_DB or the time
- * for it is used up, and kept as PNG in a folder with a file that says of what they are. */
+ * Rendered once, with FV_REFERENCE_SPP_MIN samples, doubled until half of them agree with all to
+ * FV_REFERENCE_DB (or fewer, half of that at least, where time is short), and kept as PNG in a folder with a file that says of what they are. */
 #ifndef FV_MEASURE_REFERENCE_H
 #define FV_MEASURE_REFERENCE_H
 
 #include "rt/frame/loop.h"
 #include "rt/measure/metrics.h"
 
-enum { FV_SWEEP_SEGMENTS = 5, FV_REFERENCE_SPP_MIN = 16, FV_REFERENCE_SPP_MAX = 256, FV_REFERENCE_DB = 50 };
+enum { FV_SWEEP_SEGMENTS = 5, FV_REFERENCE_SPP_MIN = 64, FV_REFERENCE_SPP_MAX = 256, FV_REFERENCE_DB = 50 };
 
 /* What a frame is latched from. */
 struct fv_sweep_frame {
