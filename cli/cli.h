@@ -48,6 +48,10 @@ struct fv_verb {
 extern const struct fv_verb fv_verbs[];
 extern const int fv_verbs_count;
 
+/* Reads what stands behind the verb; options are written "--name value" or "--name=value". Returns 0, or -1
+ * with the reason logged. */
+int fv_options_read(struct fv_arguments *arguments, const struct fv_verb *verb, int count, char **text);
+
 int fv_verb_run(const struct fv_arguments *arguments);
 int fv_verb_replay(const struct fv_arguments *arguments);
 int fv_verb_compare(const struct fv_arguments *arguments);
