@@ -13,7 +13,7 @@ struct fv_measure_report {
     int missing;      /* rows that a whole sweep has and this one not (yet) */
     double period_ms; /* of the display; 0 or NaN where it is not known */
     /* Folder that holds, for some of the rows and scenes, SCENE-reference.jpg, SCENE-METHOD-LEVEL.jpg and
-     * SCENE-METHOD-LEVEL-difference.jpg (FLIP of each pixel, black to white). NULL: none. */
+     * SCENE-METHOD-LEVEL-difference.jpg (FLIP of each pixel, black to white at fv_difference_white). NULL: none. */
     const char *pictures;
 };
 

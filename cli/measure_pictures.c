@@ -2,6 +2,8 @@
  * The files' grey levels (FLIP) become colours in the page, by a filter. */
 #include "cli/measure_sections.h"
 
+#include "rt/measure/picture.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -128,7 +130,8 @@ static void write_scale(struct fv_measure_page *page)
     for (int i = 0; i < COLOURS; i++)
         fv_writer_print(page->out, ",rgb(%d,%d,%d)", colours[i][0], colours[i][1], colours[i][2]);
     fv_writer_print(page->out,
-                    ")\"></i><span>0</span><span>FLIP: visible difference</span><span>1</span></div>\n");
+                    ")\"></i><span>0</span><span>FLIP: visible difference</span><span>%.2g and more</span></div>\n",
+                    (double)fv_difference_white);
 }
 
 void fv_measure_pictures(struct fv_measure_page *page)

@@ -80,7 +80,8 @@ int fv_measure_write(const char *out, int *rows, int *missing, struct fv_error *
     snprintf(path, sizeof path, "%s/report.html", out);
     snprintf(pictures, sizeof pictures, "%s/pictures", out);
     struct fv_measure_report report = {.rows = *rows, .row = row, .numerics = numerics, .numeric = numeric,
-                                       .missing = *missing, .pictures = pictures};
+                                       .missing = *missing, .pictures = pictures,
+                                       .period_ms = row[0].period_ms};
     return fv_measure_page(&report, path, error);
 }
 

@@ -10,8 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const float difference_white = 0.25f; /* FLIP that is drawn white */
-
 enum { TIMES_MAX = FV_SWEEP_SEGMENTS * FV_SWEEP_TIMED * FV_SWEEP_REPEATS_MAX };
 
 /* What is gathered of a row. */
@@ -142,7 +140,7 @@ static int judge(struct fv_contest *c, struct fv_contender *contender, int segme
     t->pictures++;
     if (segment != FV_CONTEST_SHOWN) return 0;
     if (fv_picture_jpeg(&now, picture, error)) return -1;
-    return fv_picture_map_jpeg(fv_metrics_flip_map(c->metrics), now.width, now.height, difference_white, difference, error);
+    return fv_picture_map_jpeg(fv_metrics_flip_map(c->metrics), now.width, now.height, fv_difference_white, difference, error);
 }
 
 /* Mean, smallest and largest of those that are numbers; NaN where none is. */

@@ -5,6 +5,9 @@
 #include "platform/files.h"
 #include "rt/measure/metrics.h"
 
+/* FLIP that difference pictures show white: differences of good pictures are small. */
+static const float fv_difference_white = 0.25f;
+
 /* Returns 0, or -1 with the error set: no half-written file is left. */
 int fv_picture_png(const struct fv_metrics_picture *picture, const char *path, struct fv_error *error);
 int fv_picture_jpeg(const struct fv_metrics_picture *picture, const char *path, struct fv_error *error);

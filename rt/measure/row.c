@@ -25,7 +25,7 @@ static const struct field {
     FIELD(frame_ms_p99, REAL),  FIELD(full_frame_ms, MEASURED), FIELD(speedup, MEASURED),
     FIELD(rays, REAL),          FIELD(sampled_fraction, REAL),  FIELD(psnr, ZONES),
     FIELD(rmse, ZONES),         FIELD(ssim, ZONES),       FIELD(flip, ZONES),
-    FIELD(flicker, MEASURED),
+    FIELD(flicker, MEASURED),   FIELD(period_ms, REAL),
 #undef FIELD
 };
 enum { FIELDS = sizeof fields / sizeof fields[0] };
@@ -160,7 +160,9 @@ int fv_rows_reach(const struct fv_measure_row *row, int rows, const char *method
 {
     int best = -1;
     for (int i = 0; i < rows; i++) {
-        if (strcmp(row[i].method, method) != 0 || !(row[i].psnr[zone].value >= decibel)) continue;
+        if (strcmp(row[i].method, method) != 0 || !(row[i].psnr[zone].value >= decibel) ||
+            isnan(row[i].speedup.value))
+            continue;
         if (best < 0 || row[i].speedup.value > row[best].speedup.value) best = i;
     }
     return best;

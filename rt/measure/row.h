@@ -20,6 +20,7 @@ struct fv_measure_row {
     char parameters[128];              /* "r0=10 r1=20 p_min=0.05" */
     char about[320];                   /* machine, display and reference: the same in all rows of a sweep */
     char key[32];                      /* fingerprint of everything that rows of one sweep share */
+    double period_ms;                  /* of the display */
     int frames, pictures;              /* timed frames; judged pictures */
     struct fv_measured frame_ms;       /* median, quartiles */
     double frame_ms_p99;

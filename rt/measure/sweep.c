@@ -232,7 +232,7 @@ int fv_sweep_row(struct fv_sweep *s, int n, struct fv_measure_row *row, bool *me
     *measured = false;
     int there = read_row(s, n, row, error);
     if (there) return there < 0 ? -1 : 0;
-    *row = (struct fv_measure_row){.level = p->level};
+    *row = (struct fv_measure_row){.level = p->level, .period_ms = 1e3 / s->config.budget_hz};
     snprintf(row->scene, sizeof row->scene, "%s", s->scene);
     snprintf(row->method, sizeof row->method, "%s", contender->plan.method->name);
     snprintf(row->about, sizeof row->about, "%s", s->about);
