@@ -79,8 +79,9 @@ int fv_setup_open(struct fv_setup *setup, const struct fv_config_request *reques
 /* The method of that name; NULL with the error set, which says which `key` named it. */
 const struct fv_method *fv_setup_method(const char *name, const char *key, struct fv_error *error);
 
-/* Sensors and workers. Returns 0, or -1 with the error set. */
-int fv_setup_start(struct fv_setup *setup, struct fv_error *error);
+/* Sensors and workers; `gaze`: whether anything uses where the eye looks, else its source stays shut.
+ * Returns 0, or -1 with the error set. */
+int fv_setup_start(struct fv_setup *setup, bool gaze, struct fv_error *error);
 
 /* What the sensors say at a session time, t_ns growing from call to call, and the head's pose in the world
  * that follows for a viewer on the scene's path. */

@@ -70,7 +70,7 @@ static int open_sweep(struct measure *m, const struct fv_arguments *a, struct fv
                                      .shards = given->shards, .seconds = given->seconds};
     if (fv_setup_open(&m->setup, &a->request, error)) return -1;
     if (given->method && fv_setup_method(given->method, "--method", error) == NULL) return -1;
-    if (fv_setup_start(&m->setup, error)) return -1;
+    if (fv_setup_start(&m->setup, true, error)) return -1;
     return fv_sweep_open(&m->sweep, &m->setup.config, &m->setup.tracer, &m->setup.workers, &io, &choice, a->out, error);
 }
 

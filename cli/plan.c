@@ -13,11 +13,11 @@ static void print_plan(const struct fv_setup *s, struct fv_writer *out)
     fv_writer_print(out, "display %s: %d x %lld x %lld pixels at %g Hz\n\n", c->display_headset, s->loop.frame.eyes,
                     (long long)c->display_width, (long long)c->display_height, c->budget_hz);
     for (int kept = 1; kept >= 0; kept--) {
-        fv_writer_print(out, "%-8s %-18s %12s  %s\n", kept ? "kept" : "left out", "", "bytes", "why");
+        fv_writer_print(out, "%-8s %-22s %12s  %s\n", kept ? "kept" : "left out", "", "bytes", "why");
         for (int i = 0; i < s->plan.rows; i++) {
             const struct fv_plan_row *r = &s->plan.row[i];
             if (r->kept != kept) continue;
-            fv_writer_print(out, "%-8s %-18s ", r->kind, r->what);
+            fv_writer_print(out, "%-8s %-22s ", r->kind, r->what);
             if (r->bytes) fv_writer_print(out, "%12lld  %s\n", (long long)r->bytes, r->reason);
             else fv_writer_print(out, "%12s  %s\n", "", r->reason);
         }

@@ -4,7 +4,10 @@
 #define FV_CLI_RECORD_H
 
 #include "config/config.h"
+#include "platform/files.h"
 #include "sensors/sensors.h"
+
+enum { FV_RECORD_BYTES = 2 * sizeof(struct fv_writer) }; /* static: what a recording takes */
 
 /* Opens OUT/tape/head.csv and gaze.csv and writes settings.ini. */
 int fv_record_open(const struct fv_config *config, const char *out, struct fv_error *error);

@@ -1,6 +1,7 @@
 /* setup: from settings to a loop that is ready to run; used by every verb that renders. */
 #include "cli/cli.h"
 
+#include "cli/record.h"
 #include "platform/arena.h"
 
 #include <string.h>
@@ -34,12 +35,13 @@ int fv_setup_open(struct fv_setup *s, const struct fv_config_request *request, s
     return 0;
 }
 
-int fv_setup_start(struct fv_setup *s, struct fv_error *error)
+int fv_setup_start(struct fv_setup *s, bool gaze, struct fv_error *error)
 {
-    const struct fv_config *c = &s->config;
-    if (fv_sensors_open(&s->sensors, c, error)) return -1;
-    int count = c->threads_workers ? (int)c->threads_workers : fv_threads_cores();
-    fv_workers_start(&s->workers, count, strcmp(c->threads_pin, "on") == 0);
+    static struct fv_config needed;
+    needed = s->config;
+    if (!gaze) strcpy(needed.eye_source, "none");
+    if (fv_sensors_open(&s->sensors, &needed, error)) return -1;
+    fv_workers_start(&s->workers, s->plan.workers, strcmp(s->config.threads_pin, "on") == 0);
     return 0;
 }
 
@@ -52,12 +54,36 @@ void fv_setup_latch(struct fv_setup *s, int64_t t_ns, struct fv_pose *relative, 
     fv_pose_compose(&stand, relative, head);
 }
 
+/* What the arena and the program's own static memory hold besides what the plan decided. */
+static void plan_the_rest(struct fv_setup *s)
+{
+    const struct fv_arena *arena = fv_arena();
+    struct fv_plan *p = &s->plan;
+    bool taped = strcmp(s->config.output_tape, "on") == 0;
+    fv_plan_add(p, "memory", "acceleration structure", true, s->tracer.bytes, "Embree's, over the geometry");
+    fv_plan_add(p, "memory", "sensors", true, (int64_t)fv_arena_bytes(arena, "sensors"),
+                "the newest samples, and tapes where sources are tapes");
+    fv_plan_add(p, "memory", "worker stacks", s->workers.count > 1,
+                (int64_t)fv_arena_bytes(arena, "worker stacks"),
+                "the first worker runs on the program's own");
+    fv_plan_add(p, "memory", "frame records", true, (int64_t)fv_arena_bytes(arena, "frame records"),
+                "%lld frames at most, for the report", (long long)s->session.capacity);
+    fv_plan_add(p, "memory", "trace", true, (int64_t)fv_arena_bytes(arena, "trace"),
+                "the newest spans of each worker, for trace.json");
+    fv_plan_add(p, "memory", "png encoder", p->present, (int64_t)fv_arena_bytes(arena, "png"),
+                p->present ? "the report shows the last picture" : "no pictures: the report shows none");
+    fv_plan_add(p, "memory", "tape", taped, FV_RECORD_BYTES, "output.tape is %s: what was latched is %s",
+                s->config.output_tape, taped ? "recorded for replay" : "not recorded");
+    fv_plan_report(p, &s->session);
+}
+
 int fv_setup_take(struct fv_setup *s, int64_t frames, struct fv_error *error)
 {
     const struct fv_config *c = &s->config;
-    if (fv_setup_start(s, error)) return -1;
+    if (fv_setup_start(s, s->plan.gaze, error)) return -1;
     int64_t records = frames > 0 && frames < FV_RECORDS_MAX ? frames : FV_RECORDS_MAX;
     fv_loop_open(&s->loop, c, &s->plan, &s->tracer, &s->workers, &s->session, records);
     if (s->plan.present) s->png = fv_png_open((int)c->display_width, (int)c->display_height);
+    plan_the_rest(s);
     return 0;
 }

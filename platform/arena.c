@@ -58,6 +58,13 @@ void *fv_arena_try(struct fv_arena *arena, const char *name, size_t bytes, size_
     return taken;
 }
 
+size_t fv_arena_bytes(const struct fv_arena *arena, const char *name)
+{
+    for (int i = 0; i < arena->rows; i++)
+        if (strcmp(arena->row[i].name, name) == 0) return arena->row[i].bytes;
+    return 0;
+}
+
 void fv_arena_exhausted(const struct fv_arena *arena, const char *name, size_t bytes)
 {
     size_t needed_mb = (arena->used + bytes + (arena->used + bytes) / 8 + (1u << 20)) >> 20;

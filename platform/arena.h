@@ -37,6 +37,9 @@ void *fv_arena_take(struct fv_arena *arena, const char *name, size_t bytes, size
 /* As fv_arena_take, but returns NULL when there is no room. Safe from several threads. */
 void *fv_arena_try(struct fv_arena *arena, const char *name, size_t bytes, size_t align);
 
+/* What was taken under `name`, 0 where nothing was. */
+size_t fv_arena_bytes(const struct fv_arena *arena, const char *name);
+
 /* Exits with code 2, saying that `name` wanted `bytes` more. */
 void fv_arena_exhausted(const struct fv_arena *arena, const char *name, size_t bytes)
     __attribute__((noreturn));

@@ -20,7 +20,7 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
     f->epsilon_depth = (float)config->method_epsilon_depth;
     f->overlay = strcmp(config->output_overlay, "on") == 0;
     f->tracer = tracer;
-    f->kernels = fv_kernels(tracer->isa);
+    f->kernels = fv_kernels_for(tracer->isa, plan->variant);
     fv_plan_take(plan, f, workers->count);
     loop->trace = fv_trace_create(workers->count);
     loop->period_ns = llround(1e9 / config->budget_hz);
@@ -34,8 +34,7 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
     session->capacity = frames;
     session->record = fv_arena_take(fv_arena(), "frame records",
                                     (size_t)session->capacity * sizeof *session->record, 64);
-    session->plan_rows = plan->rows;
-    memcpy(session->plan, plan->row, sizeof session->plan);
+    fv_plan_report(plan, session);
 }
 
 void fv_loop_view(const struct fv_loop *loop, int e, const struct fv_pose *head, const double gaze[3],

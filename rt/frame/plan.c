@@ -2,23 +2,26 @@
 #include "rt/frame/plan.h"
 
 #include "platform/arena.h"
+#include "platform/threads.h"
 
 #include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
-static const char *const buffer_names[FV_BUFFERS] = {
-    [FV_COLOUR] = "colour", [FV_DEPTH] = "depth", [FV_HISTORY_COLOUR] = "history colour",
-    [FV_HISTORY_DEPTH] = "history depth", [FV_SUPPORT_COLOUR] = "support colour",
-    [FV_SUPPORT_DEPTH] = "support depth", [FV_SELECTED] = "selected blocks", [FV_PICTURE] = "picture"};
+static const char *const buffer_names[FV_BUFFERS] = {[FV_COLOUR] = "colour",
+                                                     [FV_DEPTH] = "depth",
+                                                     [FV_HISTORY_COLOUR] = "history colour",
+                                                     [FV_HISTORY_DEPTH] = "history depth",
+                                                     [FV_SUPPORT_COLOUR] = "support colour",
+                                                     [FV_SUPPORT_DEPTH] = "support depth",
+                                                     [FV_SELECTED] = "selected blocks",
+                                                     [FV_PICTURE] = "picture"};
 
-static void add(struct fv_plan *p, const char *kind, const char *what, bool kept, int64_t bytes,
-                const char *reason, ...) __attribute__((format(printf, 6, 7)));
-static void add(struct fv_plan *p, const char *kind, const char *what, bool kept, int64_t bytes,
-                const char *reason, ...)
+void fv_plan_add(struct fv_plan *p, const char *kind, const char *what, bool kept, int64_t bytes,
+                 const char *reason, ...)
 {
-    assert(p->rows < (int)(sizeof p->row / sizeof p->row[0]));
+    assert(p->rows < FV_PLAN_ROWS_MAX);
     struct fv_plan_row *r = &p->row[p->rows++];
     va_list arguments;
     va_start(arguments, reason);
@@ -43,14 +46,15 @@ void fv_frame_size(struct fv_frame *f, const struct fv_config *config)
     f->spacing = (int)config->method_support;
 }
 
+/* Of one eye. */
 static int64_t bytes_of(const struct fv_frame *f, enum fv_buffer buffer)
 {
     int64_t pixels = f->stride * f->rows;
     switch (buffer) {
     case FV_SUPPORT_COLOUR:
-    case FV_SUPPORT_DEPTH: return f->eyes * 4 * pixels / (f->spacing * f->spacing);
-    case FV_SELECTED: return 8 * (int64_t)f->tiles;
-    default: return f->eyes * (4 * pixels + 64); /* pixels are loaded in pairs: one behind the last */
+    case FV_SUPPORT_DEPTH: return 4 * pixels / (f->spacing * f->spacing);
+    case FV_SELECTED: return 8 * (int64_t)f->tiles_x * f->tiles_y;
+    default: return 4 * pixels + 64; /* pixels are loaded in pairs: one behind the last */
     }
 }
 
@@ -62,56 +66,206 @@ static void choose_passes(struct fv_plan *p, const struct fv_config *config)
         const struct fv_pass *pass = p->method->pass[i];
         p->pass[p->passes++] = pass;
         p->buffers |= pass->reads | pass->writes;
+        p->needs |= pass->needs;
         read |= pass->reads;
-        add(p, "pass", pass->name, true, 0, "method %s", p->method->name);
+        fv_plan_add(p, "pass", pass->name, true, 0, "a step of method %s", p->method->name);
     }
     p->present = strcmp(config->display_sink, "none") != 0;
     if (p->present) p->buffers |= FV_BIT(FV_PICTURE);
-    add(p, "pass", "present", p->present, 0, "display.sink is %s", config->display_sink);
+    fv_plan_add(p, "pass", "present", p->present, 0,
+                p->present ? "display.sink is %s: it takes 8-bit pictures"
+                           : "display.sink is %s: nobody takes pictures",
+                config->display_sink);
     p->history = (read & FV_BIT(FV_HISTORY_COLOUR)) != 0;
     for (int n = 0; fv_method_at(n); n++)
         for (int i = 0; fv_method_at(n)->pass[i]; i++) {
             const struct fv_pass *pass = fv_method_at(n)->pass[i];
-            bool kept = false;
-            for (int k = 0; k < p->passes; k++) kept |= p->pass[k] == pass;
-            if (!kept) add(p, "pass", pass->name, false, 0, "only method %s needs it", fv_method_at(n)->name);
+            bool listed = false;
+            for (int k = 0; k < p->rows; k++) listed |= strcmp(p->row[k].what, pass->name) == 0;
+            if (!listed)
+                fv_plan_add(p, "pass", pass->name, false, 0, "a step of method %s, not of %s",
+                            fv_method_at(n)->name, p->method->name);
         }
+}
+
+/* "written by a, b; read by c", of kept passes. */
+static void name_users(const struct fv_plan *p, enum fv_buffer b, char *out, size_t size)
+{
+    size_t n = 0;
+    out[0] = 0;
+    for (int reading = 0; reading < 2; reading++) {
+        const char *before = reading ? n ? "; read by " : "read by " : "written by ";
+        for (int i = 0; i < p->passes + p->present && n < size; i++) {
+            const struct fv_pass *pass = i < p->passes ? p->pass[i] : &fv_pass_present;
+            if (!((reading ? pass->reads : pass->writes) & FV_BIT(b))) continue;
+            n += (size_t)snprintf(out + n, size - n, "%s%s", before, pass->name);
+            before = ", ";
+        }
+    }
+}
+
+static void choose_buffers(struct fv_plan *p, const struct fv_frame *f)
+{
+    int64_t of_one_eye = 0;
+    char users[128];
+    for (int b = 0; b < FV_BUFFERS; b++) {
+        bool kept = p->buffers & FV_BIT(b), swapped = b == FV_HISTORY_COLOUR || b == FV_HISTORY_DEPTH;
+        int64_t bytes = bytes_of(f, (enum fv_buffer)b);
+        if (kept) of_one_eye += bytes;
+        p->bytes[b] = kept ? f->eyes * bytes : 0;
+        name_users(p, (enum fv_buffer)b, users, sizeof users);
+        fv_plan_add(p, "buffer", buffer_names[b], kept, f->eyes * bytes, "%s%s",
+                    kept ? swapped ? "the last frame's, swapped after each; " : ""
+                         : "no kept pass reads or writes it",
+                    kept ? users : "");
+    }
+    fv_plan_add(p, "feature", "second eye", f->eyes == 2, of_one_eye,
+                f->eyes == 2 ? "display.eyes is 2: its half of the buffers, its tiles"
+                             : "display.eyes is 1: no buffers and no tiles of another");
+}
+
+static int64_t texture_bytes(const struct fv_texture *t)
+{
+    int64_t texels = 0;
+    for (int l = 0; l < t->levels; l++) {
+        int width = t->width >> l, height = t->height >> l;
+        texels += (int64_t)((width ? width : 1) + 1) * (height ? height : 1);
+    }
+    return 4 * texels;
+}
+
+/* Bytes of the textures that materials use for one end, each counted once. */
+static int64_t bytes_used(const struct fv_scene *s, uint32_t feature)
+{
+    int64_t bytes = 0;
+    for (int t = 0; t < s->textures; t++)
+        for (int i = 0; i < s->materials; i++) {
+            const struct fv_material *m = &s->material[i];
+            int32_t used = feature == FV_SCENE_TEXTURES      ? m->base_texture
+                           : feature == FV_SCENE_NORMAL_MAPS ? m->normal_texture
+                           : feature == FV_SCENE_ALPHA       ? m->alpha_texture
+                                                             : -1;
+            if (used != t) continue;
+            bytes += texture_bytes(&s->texture[t]);
+            break;
+        }
+    return bytes;
 }
 
 static const struct {
     uint32_t feature;
-    const char *name, *without;
+    const char *name, *with, *without;
 } features[] = {
-    {FV_SCENE_TEXTURES, "textures", "no material has a texture"},
-    {FV_SCENE_NORMAL_MAPS, "normal maps", "no material has a normal map"},
-    {FV_SCENE_ALPHA, "alpha test", "no material is masked: no filter inside traversal"},
-    {FV_SCENE_SPECULAR, "Phong lobe", "no material is glossy"},
-    {FV_SCENE_MIRRORS, "reflection", "no material is a mirror"},
-    {FV_SCENE_GLASS, "refraction", "no material is transparent"},
-    {FV_SCENE_EMISSIVE, "emission", "no material shines"},
-    {FV_SCENE_POINT_LIGHTS, "point lights", "no point light"},
-    {FV_SCENE_AREA_LIGHTS, "area lights", "no area light: no random numbers either"},
-    {FV_SCENE_SUN, "sun", "no sun"},
+    {FV_SCENE_TEXTURES, "textures", "materials have textures", "no material has a texture"},
+    {FV_SCENE_NORMAL_MAPS, "normal maps", "materials have normal maps", "no material has a normal map"},
+    {FV_SCENE_ALPHA, "alpha test", "materials are masked: texels are tested inside traversal",
+     "no material is masked: no test inside traversal"},
+    {FV_SCENE_SPECULAR, "Phong lobe", "materials are glossy", "no material is glossy"},
+    {FV_SCENE_MIRRORS, "reflection", "materials mirror: rays go on from them", "no material is a mirror"},
+    {FV_SCENE_GLASS, "refraction", "materials are transparent: rays go on through them",
+     "no material is transparent"},
+    {FV_SCENE_EMISSIVE, "emission", "materials shine", "no material shines"},
+    {FV_SCENE_POINT_LIGHTS, "point lights", "the scene or scene.point_lights has some", "no point light"},
+    {FV_SCENE_AREA_LIGHTS, "area lights",
+     "the scene or scene.area_lights has some: method.area_spp shadow rays each",
+     "no area light: no random numbers either"},
+    {FV_SCENE_SUN, "sun", "the scene or scene.sun has one", "no sun"},
 };
+enum { FEATURES = sizeof features / sizeof features[0] };
+
+static void choose_features(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config)
+{
+    for (int i = 0; i < FEATURES; i++) {
+        bool kept = s->features & features[i].feature;
+        fv_plan_add(p, "feature", features[i].name, kept, kept ? bytes_used(s, features[i].feature) : 0, "%s",
+                    kept ? features[i].with : features[i].without);
+    }
+    bool overlay = p->present && strcmp(config->output_overlay, "on") == 0;
+    fv_plan_add(p, "feature", "overlay", overlay, 0, "output.overlay is %s%s", config->output_overlay,
+                p->present ? "" : ", and there are no pictures");
+    int64_t geometry =
+        s->triangles * (int64_t)(sizeof *s->triangle + 3 * sizeof *s->index) + 12 * s->vertices;
+    fv_plan_add(p, "memory", "geometry", true, geometry, "%lld triangles, %lld vertices",
+                (long long)s->triangles, (long long)s->vertices);
+    bool area = s->features & FV_SCENE_AREA_LIGHTS;
+    p->noise = p->needs & FV_NEEDS_NOISE;
+    fv_plan_add(p, "memory", "blue-noise mask", p->noise || area,
+                FV_NOISE_SIZE * FV_NOISE_SIZE * (int)sizeof(float),
+                p->noise ? "pixels are chosen by it"
+                : area   ? "points on area lights are chosen by it"
+                         : "every pixel is sampled, and there is no area light");
+}
+
+static const char *first_feature(uint32_t bits)
+{
+    for (int i = 0; i < FEATURES; i++)
+        if (bits & features[i].feature) return features[i].name;
+    return "nothing";
+}
+
+static void choose_variant(struct fv_plan *p, const struct fv_scene *s)
+{
+    p->variant = fv_variant_for(s->features);
+    for (int v = 0; v < FV_VARIANTS; v++) {
+        const struct fv_variant_row *row = &fv_variants[v];
+        char what[32];
+        snprintf(what, sizeof what, "tracing, %s", row->name);
+        if (v == (int)p->variant)
+            fv_plan_add(p, "kernel", what, true, 0, "the smallest that shows all that the scene has");
+        else if (s->features & ~row->features)
+            fv_plan_add(p, "kernel", what, false, 0, "does not show the scene's %s",
+                        first_feature(s->features & ~row->features));
+        else
+            fv_plan_add(p, "kernel", what, false, 0, "more than this scene needs: %s and others",
+                        first_feature(row->features & ~fv_variants[p->variant].features));
+    }
+}
+
+/* More workers than tiles would have nothing to do; more than cores take turns, which is the user's choice.
+ */
+static void choose_workers(struct fv_plan *p, const struct fv_frame *f, const struct fv_config *config)
+{
+    int cores = fv_threads_cores(), wanted = config->threads_workers ? (int)config->threads_workers : cores;
+    int64_t each = sizeof(struct fv_worker_scratch);
+    p->workers = wanted < f->tiles ? wanted : f->tiles;
+    const char *why = !config->threads_workers ? "one a core"
+                      : p->workers > cores ? "as threads.workers says: more than the cores, they take turns"
+                                           : "as threads.workers says";
+    fv_plan_add(p, "thread", "workers", true, p->workers * each, "%d on %d cores: %s", p->workers, cores,
+                why);
+    if (p->workers < wanted)
+        fv_plan_add(p, "thread", "further workers", false, (wanted - p->workers) * each,
+                    "%d: a pass has %d tiles, they would have none", wanted - p->workers, f->tiles);
+}
+
+static void choose_devices(struct fv_plan *p, const struct fv_config *config)
+{
+    bool source = strcmp(config->eye_source, "none") != 0, taped = strcmp(config->output_tape, "on") == 0;
+    bool overlay = p->present && strcmp(config->output_overlay, "on") == 0,
+         foveated = p->needs & FV_NEEDS_GAZE;
+    p->gaze = source && (foveated || overlay || taped);
+    fv_plan_add(p, "device", "eye", p->gaze, 0, "eye.source is %s%s", config->eye_source,
+                !source    ? ": straight ahead"
+                : foveated ? ": the method follows the gaze"
+                : overlay  ? ": the overlay shows the gaze"
+                : taped    ? ": the method needs no gaze, but it is recorded (output.tape)"
+                           : ", but the method needs no gaze, and nothing shows or records it");
+    bool imu = strcmp(config->imu_source, "none") != 0;
+    fv_plan_add(p, "device", "imu", imu, 0, "imu.source is %s: the head %s", config->imu_source,
+                imu ? "turns" : "rests");
+    fv_plan_add(p, "device", "display", p->present, 0, "display.sink is %s", config->display_sink);
+}
 
 void fv_plan_make(struct fv_plan *p, const struct fv_method *method, const struct fv_scene *scene,
                   const struct fv_config *config, const struct fv_frame *frame)
 {
     *p = (struct fv_plan){.method = method};
     choose_passes(p, config);
-    for (int b = 0; b < FV_BUFFERS; b++) {
-        bool kept = p->buffers & FV_BIT(b);
-        p->bytes[b] = kept ? bytes_of(frame, b) : 0;
-        add(p, "buffer", buffer_names[b], kept, p->bytes[b], kept ? "%s" : "no pass reads or writes it%s",
-            kept ? "read or written by a kept pass" : "");
-    }
-    for (unsigned i = 0; i < sizeof features / sizeof features[0]; i++) {
-        bool kept = scene->features & features[i].feature;
-        add(p, "feature", features[i].name, kept, 0, "%s", kept ? "the scene has it" : features[i].without);
-    }
-    add(p, "feature", "second eye", frame->eyes == 2, 0, "display.eyes is %d", frame->eyes);
-    add(p, "device", "eye", strcmp(config->eye_source, "none") != 0, 0, "eye.source is %s", config->eye_source);
-    add(p, "device", "imu", strcmp(config->imu_source, "none") != 0, 0, "imu.source is %s", config->imu_source);
+    choose_buffers(p, frame);
+    choose_features(p, scene, config);
+    choose_variant(p, scene);
+    choose_workers(p, frame, config);
+    choose_devices(p, config);
 }
 
 void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
@@ -123,4 +277,11 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
         if (f->eyes == 2 && b != FV_SELECTED) f->buffer[b][1] = bytes + p->bytes[b] / 2;
     }
     f->scratch = fv_arena_take(fv_arena(), "worker scratch", (size_t)workers * sizeof *f->scratch, 64);
+    f->noise = p->noise ? fv_noise() : NULL;
+}
+
+void fv_plan_report(const struct fv_plan *p, struct fv_session *session)
+{
+    session->plan_rows = p->rows;
+    memcpy(session->plan, p->row, sizeof session->plan);
 }

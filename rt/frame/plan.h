@@ -14,8 +14,13 @@ struct fv_plan {
     int64_t bytes[FV_BUFFERS];      /* of all eyes */
     bool present;                   /* a sink takes pictures */
     bool history;                   /* colour and depth are swapped after each frame */
+    uint32_t needs;                 /* enum fv_needs of the passes together */
+    bool noise;                     /* a pass needs the blue-noise mask */
+    bool gaze;                      /* something uses where the eye looks: else its source is not opened */
+    enum fv_variant variant;        /* of the tracing kernel */
+    int workers;                    /* to be started */
     int rows;
-    struct fv_plan_row row[64];
+    struct fv_plan_row row[FV_PLAN_ROWS_MAX];
 };
 
 /* Decides; takes no memory. `frame` must have its sizes set (fv_frame_size). */
@@ -25,7 +30,14 @@ void fv_plan_make(struct fv_plan *plan, const struct fv_method *method, const st
 /* Picture and tile sizes of the settings. */
 void fv_frame_size(struct fv_frame *frame, const struct fv_config *config);
 
-/* Takes the buffers that the plan keeps, and the workers' scratch. */
+/* One more row, for what rt does not know: what the caller keeps or leaves out. */
+void fv_plan_add(struct fv_plan *plan, const char *kind, const char *what, bool kept, int64_t bytes,
+                 const char *reason, ...) __attribute__((format(printf, 6, 7)));
+
+/* The rows into the session's report. */
+void fv_plan_report(const struct fv_plan *plan, struct fv_session *session);
+
+/* Takes the buffers that the plan keeps, and the scratch of as many workers as were started. */
 void fv_plan_take(const struct fv_plan *plan, struct fv_frame *frame, int workers);
 
 #endif

@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { FV_STAGES_MAX = 16 };
+enum { FV_STAGES_MAX = 16, FV_PLAN_ROWS_MAX = 96 };
 
 struct fv_frame_record {
     int64_t frame, t_ns;          /* number and session time of display */
@@ -44,10 +44,10 @@ struct fv_session {
     /* Rows of the plan: what was kept or left out, with the reason and bytes. */
     int plan_rows;
     struct fv_plan_row {
-        char what[32], kind[16], reason[96]; /* kind: pass, buffer, feature, device */
+        char what[32], kind[16], reason[128]; /* kind: pass, buffer, kernel, feature, memory, thread, device */
         bool kept;
-        int64_t bytes;
-    } plan[64];
+        int64_t bytes; /* kept: taken; left out: what it would have taken, 0 where that is not known */
+    } plan[FV_PLAN_ROWS_MAX];
 };
 
 #endif

@@ -82,7 +82,7 @@ static void depth_tile(struct fv_frame *f, const struct fv_tile *tile)
         depth[(int64_t)s->samples.y[i] * f->stride + (int64_t)s->samples.x[i]] = s->samples.inverse_depth[i];
 }
 
-static const struct fv_pass depth_pass = {"depth", 0, FV_BIT(FV_DEPTH), depth_tile};
+static const struct fv_pass depth_pass = {"depth", 0, FV_BIT(FV_DEPTH), 0, depth_tile};
 
 static void render(struct fv_reference *r, const struct fv_sweep_frame *frame, int spp)
 {

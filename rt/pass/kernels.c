@@ -3,13 +3,24 @@
 
 #include <assert.h>
 
+#define TRACE(name, isa)                                                                                        \
+    void name##_##isa(const struct fv_tracer *, const struct fv_view *, struct fv_samples *, uint32_t, int64_t *);
 #define DECLARE(isa)                                                                                             \
-    void fv_trace_samples_##isa(const struct fv_tracer *, const struct fv_view *, struct fv_samples *, uint32_t, \
-                                int64_t *);                                                                      \
+    TRACE(fv_trace_plain, isa)                                                                                   \
+    TRACE(fv_trace_textured, isa)                                                                                \
+    TRACE(fv_trace_mirrored, isa)                                                                                \
+    TRACE(fv_trace_samples, isa)                                                                                 \
     void fv_pixel_encode_##isa(const float *, const float *, const float *, float, uint32_t *, int);             \
     void fv_reproject_##isa(struct fv_reproject_tile *);                                                         \
     void fv_pixel_present_##isa(const uint32_t *, uint8_t *, int);
-#define ROW(isa) {fv_trace_samples_##isa, fv_pixel_encode_##isa, fv_reproject_##isa, fv_pixel_present_##isa}
+#define ROW(trace, isa) {trace##_##isa, fv_pixel_encode_##isa, fv_reproject_##isa, fv_pixel_present_##isa}
+#define ROWS(isa)                                                        \
+    {                                                                    \
+        [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, isa),                   \
+        [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, isa),             \
+        [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, isa),             \
+        [FV_VARIANT_ALL] = ROW(fv_trace_samples, isa),                   \
+    }
 
 DECLARE(base)
 #ifdef __x86_64__
@@ -17,16 +28,21 @@ DECLARE(avx2)
 DECLARE(avx512)
 #endif
 
-static const struct fv_kernels table[FV_ISA_COUNT] = {
-    [FV_ISA_BASE] = ROW(base),
+static const struct fv_kernels table[FV_ISA_COUNT][FV_VARIANTS] = {
+    [FV_ISA_BASE] = ROWS(base),
 #ifdef __x86_64__
-    [FV_ISA_AVX2] = ROW(avx2),
-    [FV_ISA_AVX512] = ROW(avx512),
+    [FV_ISA_AVX2] = ROWS(avx2),
+    [FV_ISA_AVX512] = ROWS(avx512),
 #endif
 };
 
+const struct fv_kernels *fv_kernels_for(enum fv_isa isa, enum fv_variant variant)
+{
+    assert(table[isa][variant].trace);
+    return &table[isa][variant];
+}
+
 const struct fv_kernels *fv_kernels(enum fv_isa isa)
 {
-    assert(table[isa].trace);
-    return &table[isa];
+    return fv_kernels_for(isa, FV_VARIANT_ALL);
 }

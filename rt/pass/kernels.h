@@ -1,9 +1,10 @@
 /* kernels: the table of functions that are compiled once for each instruction set. A pass asks
- * fv_kernels(isa) once and calls through it. */
+ * fv_kernels_for(isa, variant) once and calls through it. */
 #ifndef FV_PASS_KERNELS_H
 #define FV_PASS_KERNELS_H
 
 #include "rt/trace/tracer.h"
+#include "rt/trace/variant.h"
 
 struct fv_reproject_tile; /* rt/pass/reproject.h */
 
@@ -23,6 +24,10 @@ struct fv_kernels {
     void (*present)(const uint32_t *pixel, uint8_t *rgbx, int n);
 };
 
+/* Those that can show every scene. */
 const struct fv_kernels *fv_kernels(enum fv_isa isa);
+
+/* Those whose `trace` is the variant's. */
+const struct fv_kernels *fv_kernels_for(enum fv_isa isa, enum fv_variant variant);
 
 #endif

@@ -34,7 +34,7 @@ uint64_t fv_tile_inside(const struct fv_frame *f, const struct fv_tile *tile)
 float fv_tile_threshold(const struct fv_frame *f, const struct fv_tile *tile, int block)
 {
     int x = tile->x0 / FV_BLOCK + block % FV_BLOCKS, y = tile->y0 / FV_BLOCK + block / FV_BLOCKS;
-    return fv_noise_threshold(f->tracer->noise, x + 29 * tile->eye, y + 37 * tile->eye, f->number);
+    return fv_noise_threshold(f->noise, x + 29 * tile->eye, y + 37 * tile->eye, f->number);
 }
 
 float fv_tile_eccentricity_deg(const struct fv_frame *f, const struct fv_tile *tile, int block)

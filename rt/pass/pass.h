@@ -41,7 +41,6 @@ struct fv_parameters {
 
 struct fv_worker_scratch {
     struct fv_samples samples;
-    float sum[3][FV_SAMPLES_MAX];
     uint32_t pixel[FV_SAMPLES_MAX];
     _Alignas(64) int64_t rays[FV_RAY_KINDS]; /* this frame's */
 };
@@ -59,6 +58,7 @@ struct fv_frame {
     struct fv_map map[2];
     const struct fv_tracer *tracer;
     const struct fv_kernels *kernels;
+    const float *noise;          /* fv_noise(), NULL where no pass needs it */
     void *buffer[FV_BUFFERS][2]; /* of each eye, NULL where the plan left it out */
     struct fv_worker_scratch *scratch;
 };
@@ -68,9 +68,16 @@ struct fv_tile {
     int x0, y0; /* first pixel */
 };
 
+/* What a pass needs besides buffers. */
+enum fv_needs {
+    FV_NEEDS_GAZE = 1, /* where the eye looks */
+    FV_NEEDS_NOISE = 2 /* the blue-noise mask */
+};
+
 struct fv_pass {
     const char *name;
     uint32_t reads, writes; /* bits of fv_buffer */
+    uint32_t needs;         /* enum fv_needs */
     void (*run)(struct fv_frame *frame, const struct fv_tile *tile);
 };
 

@@ -37,4 +37,4 @@ static void run(struct fv_frame *f, const struct fv_tile *tile)
     }
 }
 
-const struct fv_pass fv_pass_present = {"present", FV_BIT(FV_COLOUR), FV_BIT(FV_PICTURE), run};
+const struct fv_pass fv_pass_present = {"present", FV_BIT(FV_COLOUR), FV_BIT(FV_PICTURE), 0, run};

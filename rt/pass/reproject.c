@@ -45,4 +45,4 @@ const struct fv_pass fv_pass_reproject = {
     "reproject",
     FV_BIT(FV_HISTORY_COLOUR) | FV_BIT(FV_HISTORY_DEPTH) | FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH) |
         FV_BIT(FV_SELECTED),
-    FV_BIT(FV_COLOUR) | FV_BIT(FV_DEPTH) | FV_BIT(FV_SELECTED), run};
+    FV_BIT(FV_COLOUR) | FV_BIT(FV_DEPTH) | FV_BIT(FV_SELECTED), FV_NEEDS_NOISE, run};

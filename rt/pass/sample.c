@@ -55,4 +55,5 @@ static void run(struct fv_frame *f, const struct fv_tile *tile)
 }
 
 const struct fv_pass fv_pass_sample = {
-    "sample", FV_BIT(FV_SELECTED) | FV_BIT(FV_COLOUR) | FV_BIT(FV_DEPTH), FV_BIT(FV_COLOUR) | FV_BIT(FV_DEPTH), run};
+    "sample", FV_BIT(FV_SELECTED) | FV_BIT(FV_COLOUR) | FV_BIT(FV_DEPTH), FV_BIT(FV_COLOUR) | FV_BIT(FV_DEPTH),
+    FV_NEEDS_GAZE, run};

@@ -28,8 +28,7 @@ static void trace_mean(struct fv_frame *f, const struct fv_tile *tile, uint64_t 
     float *channel[3] = {samples->red, samples->green, samples->blue};
     fv_tile_place(f, tile, blocks);
     int n = samples->count;
-    float before[2] = {0, 0}, offset[2];
-    memset(s->sum, 0, sizeof s->sum);
+    float before[2] = {0, 0}, offset[2], sum[3][FV_SAMPLES_MAX] = {0};
     for (int k = 0; k < spp; k++) {
         stratum(k, spp, offset);
         for (int i = 0; i < n; i++) {
@@ -40,10 +39,10 @@ static void trace_mean(struct fv_frame *f, const struct fv_tile *tile, uint64_t 
         uint32_t seed = (uint32_t)f->number * (uint32_t)spp + (uint32_t)k; /* wraps */
         f->kernels->trace(f->tracer, &f->view[tile->eye], samples, seed, s->rays);
         for (int c = 0; c < 3; c++)
-            for (int i = 0; i < n; i++) s->sum[c][i] += channel[c][i];
+            for (int i = 0; i < n; i++) sum[c][i] += channel[c][i];
     }
     for (int c = 0; c < 3; c++)
-        for (int i = 0; i < n; i++) channel[c][i] = s->sum[c][i] / (float)spp;
+        for (int i = 0; i < n; i++) channel[c][i] = sum[c][i] / (float)spp;
     f->kernels->encode(samples->red, samples->green, samples->blue, f->tracer->data->exposure, s->pixel, n);
 }
 
@@ -63,4 +62,4 @@ static void run(struct fv_frame *f, const struct fv_tile *tile)
     }
 }
 
-const struct fv_pass fv_pass_sample_all = {"sample_all", 0, FV_BIT(FV_COLOUR), run};
+const struct fv_pass fv_pass_sample_all = {"sample_all", 0, FV_BIT(FV_COLOUR), 0, run};

@@ -34,4 +34,4 @@ static void run(struct fv_frame *f, const struct fv_tile *tile)
     *selected = mask & inside;
 }
 
-const struct fv_pass fv_pass_select = {"select", 0, FV_BIT(FV_SELECTED), run};
+const struct fv_pass fv_pass_select = {"select", 0, FV_BIT(FV_SELECTED), FV_NEEDS_GAZE | FV_NEEDS_NOISE, run};

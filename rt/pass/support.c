@@ -28,4 +28,4 @@ static void run(struct fv_frame *f, const struct fv_tile *tile)
     }
 }
 
-const struct fv_pass fv_pass_support = {"support", 0, FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH), run};
+const struct fv_pass fv_pass_support = {"support", 0, FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH), 0, run};

@@ -364,6 +364,7 @@ static void lay_out_textures(struct fv_build *b, struct fv_scene *scene)
     size_t count = b->textures.count;
     size_t all = 0, at = 0;
     for (size_t i = 0; i < count; i++) all += texels[i];
+    if (count == 0) return;
     struct fv_texture *texture = fv_arena_take(fv_arena(), "scene textures", count * sizeof *texture, 64);
     uint32_t *texel = fv_arena_take(fv_arena(), "scene textures", all * sizeof *texel, 64);
     for (size_t i = 0; i < count; at += texels[i++]) {

@@ -62,13 +62,19 @@ static inline void add_light(struct lit *lit, vf3 l, vf3 irradiance, vi mask)
     lit->sum = vf3_add(lit->sum, vf3_select(mask, add, (vf3){vf_of(0), vf_of(0), vf_of(0)}));
 }
 
+/* Whether the light is of this kind, which a copy of the kernel without the feature need not ask. */
+static inline bool is(const struct fv_light *light, enum fv_light_kind kind, uint32_t feature)
+{
+    return (FV_FEATURES & feature) && light->kind == kind;
+}
+
 /* Way and unit direction from the surface to a point or sun, and the irradiance it sends. */
 static inline vf3 towards(const struct lit *lit, const struct fv_light *light, vf3 *way, vf *far, vf3 *irradiance)
 {
     *irradiance = vf3_of(light->colour);
     *way = vf3_of(light->position);
     *far = vf_of(__builtin_inff());
-    if (light->kind == FV_LIGHT_SUN) return *way;
+    if (!(FV_FEATURES & FV_SCENE_POINT_LIGHTS) || is(light, FV_LIGHT_SUN, FV_SCENE_SUN)) return *way;
     *way = vf3_sub(*way, lit->start);
     *far = vf_of(0.99999f);
     vf inverse = vf_rsqrt(vf_max(vf_dot(*way, *way), vf_of(1e-12f)));
@@ -76,8 +82,9 @@ static inline vf3 towards(const struct lit *lit, const struct fv_light *light, v
     return vf3_scale(*way, inverse);
 }
 
-/* Stratified by a rank-1 sequence (Roberts' R2) shifted by the lane's random numbers. */
-static inline void add_area(struct lit *lit, const struct fv_light *light)
+/* Stratified by a rank-1 sequence (Roberts' R2) shifted by the lane's random numbers. A call: inlined, it
+ * takes registers from scenes without area lights. */
+static __attribute__((noinline)) void add_area(struct lit *lit, const struct fv_light *light)
 {
     int n = lit->shading->tracer->area_spp;
     vf3 u = vf3_of(light->u), v = vf3_of(light->v), corner = vf3_of(light->position);
@@ -107,7 +114,7 @@ static inline vf3 light_surface(const struct shading *shading, struct surface *s
     vf far;
     lit.start = vf3_add(s->point, vf3_scale(s->geometric, s->offset));
     for (int i = 0; i < scene->lights; i++) {
-        if (scene->light[i].kind == FV_LIGHT_AREA) continue;
+        if (is(&scene->light[i], FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) continue;
         vf3 l = towards(&lit, &scene->light[i], &way, &far, &irradiance);
         reached[i] = unshadowed(&lit, way, far, faces(s, l, vi_of(-1)));
     }
@@ -117,10 +124,10 @@ static inline vf3 light_surface(const struct shading *shading, struct surface *s
     lit.sum = (vf3){s->emission.x + scene->ambient[0] * s->diffuse.x * sky,
                     s->emission.y + scene->ambient[1] * s->diffuse.y * sky,
                     s->emission.z + scene->ambient[2] * s->diffuse.z * sky};
-    lit.any_specular = (s->any & FV_MATERIAL_SPECULAR) != 0;
+    lit.any_specular = (s->any & FV_FEATURES & FV_MATERIAL_SPECULAR) != 0;
     if (lit.any_specular) lit.view = vf3_normalise(vf3_scale(direction, vf_of(-1)), s->normal);
     for (int i = 0; i < scene->lights; i++) {
-        if (scene->light[i].kind == FV_LIGHT_AREA) {
+        if (is(&scene->light[i], FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) {
             add_area(&lit, &scene->light[i]);
         } else if (vi_any(reached[i])) {
             vf3 l = towards(&lit, &scene->light[i], &way, &far, &irradiance);

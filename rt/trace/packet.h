@@ -6,6 +6,12 @@
 #include "rt/trace/simd.h"
 #include "rt/trace/tracer.h"
 
+/* What of a scene's features (enum fv_scene_features, whose lower bits are enum fv_material_flags) this
+ * compilation of the kernel can show: all of them, but in the variants (variant.h). */
+#ifndef FV_FEATURES
+#define FV_FEATURES ~0u
+#endif
+
 #define FV_PASTE_WIDTH(name, width) name##width
 #define FV_EXPAND_WIDTH(name, width) FV_PASTE_WIDTH(name, width)
 #define FV_RAY_HIT_N struct FV_EXPAND_WIDTH(RTCRayHit, FV_WIDTH)
@@ -58,7 +64,9 @@ static inline struct packet_hit packet_intersect(const struct fv_tracer *tracer,
     struct packet_hit h;
     vi geometry = vi_load(r.hit.geomID);
     h.hit = mask & (geometry != -1);
-    h.triangle = vi_load(r.hit.primID) + ((geometry == FV_GEOMETRY_MASKED) & (int32_t)tracer->data->opaque_triangles);
+    h.triangle = vi_load(r.hit.primID);
+    if (FV_FEATURES & FV_SCENE_ALPHA)
+        h.triangle += (geometry == FV_GEOMETRY_MASKED) & (int32_t)tracer->data->opaque_triangles;
     h.triangle &= h.hit;
     h.t = vf_load(r.ray.tfar);
     h.u = vf_load(r.hit.u);

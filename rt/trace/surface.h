@@ -149,17 +149,18 @@ static inline void set_lanes(vf3 *to, vi lanes, const float value[3])
 static inline void apply_material(struct surface *s, const struct fv_scene *scene, const struct fv_material *m,
                                   vi lanes, vf footprint)
 {
-    s->any |= m->flags;
-    s->flags = vi_select(lanes, vi_of((int32_t)m->flags), s->flags);
+    uint32_t flags = m->flags & FV_FEATURES;
+    s->any |= flags;
+    s->flags = vi_select(lanes, vi_of((int32_t)flags), s->flags);
     set_lanes(&s->diffuse, lanes, m->diffuse);
     const struct fv_texture *base = NULL;
     struct texel_place p;
-    if (m->flags & FV_MATERIAL_TEXTURED) {
+    if (flags & FV_MATERIAL_TEXTURED) {
         base = &scene->texture[m->base_texture];
         p = place_texels(base, s->in.u, s->in.v, footprint);
         select_place(&s->base, lanes, &p);
     }
-    if (m->flags & FV_MATERIAL_NORMAL_MAPPED) {
+    if (flags & FV_MATERIAL_NORMAL_MAPPED) {
         const struct fv_texture *t = &scene->texture[m->normal_texture];
         if (base && base->width == t->width && base->height == t->height) {
             /* Textures of one size have their texels in the same places. */
@@ -171,13 +172,13 @@ static inline void apply_material(struct surface *s, const struct fv_scene *scen
         select_place(&s->bump, lanes, &p);
         s->bump_scale = vf_select(lanes, vf_of(m->normal_scale), s->bump_scale);
     }
-    if (m->flags & FV_MATERIAL_SPECULAR) {
+    if (flags & FV_MATERIAL_SPECULAR) {
         set_lanes(&s->specular, lanes, m->specular);
         s->shininess = vf_select(lanes, vf_of(m->shininess), s->shininess);
     }
-    if (m->flags & FV_MATERIAL_EMISSIVE) set_lanes(&s->emission, lanes, m->emission);
-    if (m->flags & FV_MATERIAL_MIRROR) set_lanes(&s->mirror, lanes, m->mirror);
-    if (m->flags & FV_MATERIAL_GLASS) {
+    if (flags & FV_MATERIAL_EMISSIVE) set_lanes(&s->emission, lanes, m->emission);
+    if (flags & FV_MATERIAL_MIRROR) set_lanes(&s->mirror, lanes, m->mirror);
+    if (flags & FV_MATERIAL_GLASS) {
         set_lanes(&s->transmission, lanes, m->transmission);
         s->ior = vf_select(lanes, vf_of(m->ior), s->ior);
     }
@@ -241,8 +242,8 @@ static inline void surface_set(struct surface *s, const struct fv_scene *scene, 
         pending &= ~vi_bits(lanes);
         apply_material(s, scene, &scene->material[id], lanes, footprint);
     }
-    if (s->any & FV_MATERIAL_TEXTURED) prefetch(scene->texel, &s->base);
-    if (s->any & FV_MATERIAL_NORMAL_MAPPED) prefetch(scene->texel, &s->bump);
+    if (s->any & FV_FEATURES & FV_MATERIAL_TEXTURED) prefetch(scene->texel, &s->base);
+    if (s->any & FV_FEATURES & FV_MATERIAL_NORMAL_MAPPED) prefetch(scene->texel, &s->bump);
 }
 
 static inline void bend_normal(struct surface *s, vf3 texel)
@@ -260,13 +261,13 @@ static inline void bend_normal(struct surface *s, vf3 texel)
 /* Textures into diffuse and normal: one fetch each for all materials of the packet. */
 static inline void surface_fetch(struct surface *s, const struct fv_scene *scene)
 {
-    if (s->any & FV_MATERIAL_TEXTURED) {
+    if (s->any & FV_FEATURES & FV_MATERIAL_TEXTURED) {
         vf3 c = vf3_scale(fetch(scene->texel, &s->base), vf_of(1 / 1023.0f));
         vi lanes = (s->flags & FV_MATERIAL_TEXTURED) != 0;
         vf3 textured = {s->diffuse.x * c.x * c.x, s->diffuse.y * c.y * c.y, s->diffuse.z * c.z * c.z};
         s->diffuse = vf3_select(lanes, textured, s->diffuse);
     }
-    if (s->any & FV_MATERIAL_NORMAL_MAPPED) bend_normal(s, fetch(scene->texel, &s->bump));
+    if (s->any & FV_FEATURES & FV_MATERIAL_NORMAL_MAPPED) bend_normal(s, fetch(scene->texel, &s->bump));
 }
 
 #endif

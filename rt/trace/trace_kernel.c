@@ -1,9 +1,13 @@
 /* trace_kernel: lists of samples, packet by packet: primary rays, surfaces, light, and Whitted's
- * reflections and refractions by recursion to a bounded depth. */
+ * reflections and refractions by recursion to a bounded depth. Compiled for all scenes here, and with
+ * fewer FV_FEATURES (packet.h) under other names for scenes that hold less (variant.h). */
 #include "rt/trace/light.h"
 #include "rt/trace/refraction.h"
 
-#define trace_samples FV_ISA_NAME(fv_trace_samples)
+#ifndef FV_TRACE_SAMPLES
+#define FV_TRACE_SAMPLES fv_trace_samples
+#endif
+#define trace_samples FV_ISA_NAME(FV_TRACE_SAMPLES)
 
 void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
                    uint32_t seed, int64_t *rays);
@@ -88,8 +92,7 @@ static vf3 radiance(const struct shading *shading, const struct rays *r, int dep
         struct surface s;
         surface_set(&s, scene, &hit, r->origin, r->direction, r->base, r->growth);
         vf3 lit = light_surface(shading, &s, r->direction);
-        if ((scene->features & (FV_SCENE_MIRRORS | FV_SCENE_GLASS)) &&
-            (s.any & (FV_MATERIAL_MIRROR | FV_MATERIAL_GLASS)))
+        if (s.any & FV_FEATURES & (FV_MATERIAL_MIRROR | FV_MATERIAL_GLASS))
             lit = vf3_add(lit, secondary(shading, &s, r->direction, depth));
         out = vf3_select(hit.hit, lit, out);
     }
@@ -133,7 +136,7 @@ void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, s
                          .mask = vi_lanes() < samples->count - i,
                          .base = vf_of(0), .growth = vf_of(view->pixel_size), .coherent = true};
         vf t;
-        if (tracer->data->features & FV_SCENE_AREA_LIGHTS) randomise(&shading, x, y, seed);
+        if (tracer->data->features & FV_FEATURES & FV_SCENE_AREA_LIGHTS) randomise(&shading, x, y, seed);
         vf3 seen = radiance(&shading, &r, tracer->depth, &t);
         store_samples(samples, i, seen, t);
     }

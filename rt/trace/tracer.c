@@ -14,6 +14,14 @@ static void on_error(void *context, enum RTCError code, const char *text)
     if (text) snprintf(context, 200, "%s", text);
 }
 
+/* Adds up what Embree takes and gives back; never objects. */
+static bool count_bytes(void *counter, ssize_t bytes, bool post)
+{
+    (void)post;
+    *(int64_t *)counter += bytes;
+    return true;
+}
+
 /* Geometry of the triangles [first, first + count), nothing where count is 0. */
 static void attach(const struct fv_tracer *t, unsigned id, int64_t first, int64_t count)
 {
@@ -46,10 +54,11 @@ static enum fv_isa wanted_isa(const char *word)
 int fv_tracer_open(struct fv_tracer *t, const struct fv_scene *scene, const struct fv_config *config,
                    struct fv_error *error)
 {
-    static char message[200]; /* outlives the call: Embree keeps the pointer */
+    static char message[200]; /* outlive the call: Embree keeps the pointers */
+    static int64_t bytes;
     char settings[64];
     *t = (struct fv_tracer){.data = scene,
-                            .noise = fv_noise(),
+                            .noise = scene->features & FV_SCENE_AREA_LIGHTS ? fv_noise() : NULL,
                             .depth = (int)config->method_depth,
                             .area_spp = (int)config->method_area_spp,
                             .isa = wanted_isa(config->threads_isa)};
@@ -62,11 +71,14 @@ int fv_tracer_open(struct fv_tracer *t, const struct fv_scene *scene, const stru
     t->device = rtcNewDevice(settings);
     if (!t->device) return fv_error_set(error, "Embree gives no device (error %d); it needs SSE4.2 or NEON", rtcGetDeviceError(NULL));
     rtcSetDeviceErrorFunction(t->device, on_error, message);
+    bytes = 0;
+    rtcSetDeviceMemoryMonitorFunction(t->device, count_bytes, &bytes);
     t->scene = rtcNewScene(t->device);
     rtcSetSceneBuildQuality(t->scene, RTC_BUILD_QUALITY_MEDIUM);
     attach(t, FV_GEOMETRY_OPAQUE, 0, scene->opaque_triangles);
     attach(t, FV_GEOMETRY_MASKED, scene->opaque_triangles, scene->triangles - scene->opaque_triangles);
     rtcCommitScene(t->scene);
+    t->bytes = bytes;
     if (message[0]) return fv_error_set(error, "Embree: %s", message);
     return 0;
 }

@@ -31,7 +31,8 @@ struct fv_tracer {
     RTCDevice device;
     RTCScene scene;
     const struct fv_scene *data;
-    const float *noise;  /* fv_noise() */
+    const float *noise;  /* fv_noise(), NULL where the scene has no area light */
+    int64_t bytes;       /* of the acceleration structure and what else Embree holds of the scene */
     int depth, area_spp; /* settings method.depth, method.area_spp */
     enum fv_isa isa;
 };

@@ -99,7 +99,7 @@ static void frame_of(struct fv_frame *f, struct fv_tracer *tracer, double half_d
     struct fv_lens lens = {t, t, t * 0.7, t * 0.7, WIDTH, HEIGHT};
     struct fv_pose pose = {{0, 0, 0}, {0.6, 0, 0.8, 0}};
     memset(f, 0, sizeof *f);
-    tracer->noise = fv_noise();
+    f->noise = fv_noise();
     f->tracer = tracer;
     f->eyes = 1, f->width = WIDTH, f->height = HEIGHT;
     f->tiles_x = (WIDTH + FV_TILE - 1) / FV_TILE, f->tiles_y = (HEIGHT + FV_TILE - 1) / FV_TILE;

@@ -155,7 +155,7 @@ static void put_poison(struct fv_frame *f, const struct fv_tile *tile)
     if (tile->index == 0) memcpy((uint32_t *)f->buffer[poison.buffer][0] + poison.at, &poison.bits, 4);
 }
 
-static const struct fv_pass poison_pass = {"poison", 0, 0, put_poison};
+static const struct fv_pass poison_pass = {"poison", 0, 0, 0, put_poison};
 
 /* Renders the frame with the poison put in before pass `before`. */
 static void render_poisoned(struct rig *r, int frame, int before)

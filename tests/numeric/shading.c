@@ -62,6 +62,7 @@ static void area_light(void **state)
     s.config.method_area_spp = 64;
     small_finish(&s);
     s.scene.features |= FV_SCENE_AREA_LIGHTS;
+    s.tracer.noise = fv_noise();
     s.scene.lights = 1;
     s.scene.light[0] = (struct fv_light){.kind = FV_LIGHT_AREA, .position = {-0.5f, 0.5f, 1}, .u = {1, 0, 0}, .v = {0, -1, 0}, .colour = {4, 4, 4}};
     trace_grid(&s, &samples, s.tracer.isa, rays);

@@ -1,0 +1,16 @@
+/* variant: the table of the tracing kernel's variants. */
+#include "rt/trace/variant.h"
+
+const struct fv_variant_row fv_variants[FV_VARIANTS] = {
+    [FV_VARIANT_PLAIN] = {"plain", FV_FEATURES_PLAIN},
+    [FV_VARIANT_TEXTURED] = {"textured", FV_FEATURES_TEXTURED},
+    [FV_VARIANT_MIRRORED] = {"mirrored", FV_FEATURES_MIRRORED},
+    [FV_VARIANT_ALL] = {"all", FV_FEATURES_ALL},
+};
+
+enum fv_variant fv_variant_for(uint32_t features)
+{
+    for (int v = 0; v < FV_VARIANT_ALL; v++)
+        if (!(features & ~fv_variants[v].features)) return (enum fv_variant)v;
+    return FV_VARIANT_ALL;
+}

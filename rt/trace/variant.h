@@ -1,0 +1,29 @@
+/* variant: the tracing kernel compiled for scenes that hold less. Code for what a scene does not hold
+ * costs registers and branches even where it never runs: 8 % of a plain scene's frame, 2 to 4 % of a
+ * textured one's (tests/bench/left_out). Every variant gives the same bits on what it covers. */
+#ifndef FV_TRACE_VARIANT_H
+#define FV_TRACE_VARIANT_H
+
+#include "rt/scene/scene.h"
+
+enum {
+    FV_FEATURES_PLAIN = FV_SCENE_POINT_LIGHTS | FV_SCENE_SUN,
+    FV_FEATURES_TEXTURED =
+        FV_FEATURES_PLAIN | FV_SCENE_TEXTURES | FV_SCENE_NORMAL_MAPS | FV_SCENE_ALPHA | FV_SCENE_SPECULAR,
+    FV_FEATURES_MIRRORED = FV_FEATURES_TEXTURED | FV_SCENE_MIRRORS | FV_SCENE_GLASS | FV_SCENE_EMISSIVE,
+    FV_FEATURES_ALL = FV_FEATURES_MIRRORED | FV_SCENE_AREA_LIGHTS
+};
+
+/* From least to most. */
+enum fv_variant { FV_VARIANT_PLAIN, FV_VARIANT_TEXTURED, FV_VARIANT_MIRRORED, FV_VARIANT_ALL, FV_VARIANTS };
+
+struct fv_variant_row {
+    const char *name;
+    uint32_t features; /* enum fv_scene_features that it can show */
+};
+extern const struct fv_variant_row fv_variants[FV_VARIANTS];
+
+/* The first that covers all of `features`. */
+enum fv_variant fv_variant_for(uint32_t features);
+
+#endif
