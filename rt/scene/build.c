@@ -249,6 +249,39 @@ static size_t sort_out(const struct fv_build *b, size_t *opaque)
     return kept;
 }
 
+/* The sine of the angle at a triangle's first corner. */
+static double sine_at(const double e1[3], const double e2[3], double area)
+{
+    return area / sqrt(dot(e1, e1) * dot(e2, e2));
+}
+
+/* Embree's plane goes through the first corner and has the product of the edges there as its normal, which loses
+ * the angle's sine in precision. Corners are turned so that the first has the widest angle, but only where much is
+ * lost: triangles that begin at the same corner share an edge to the bit, others may leave a gap along it. */
+static void turn_corners(const struct fv_vertex *v, uint32_t corner[3])
+{
+    const uint32_t c[3] = {corner[0], corner[1], corner[2]};
+    double best = 0;
+    for (int first = 0; first < 3 && best < 1 / 16.0; first++) {
+        const uint32_t turned[3] = {c[first], c[(first + 1) % 3], c[(first + 2) % 3]};
+        double e1[3], e2[3], n[3];
+        edges_of(v, turned, e1, e2, n);
+        double sine = sine_at(e1, e2, sqrt(dot(n, n)));
+        if (sine > best) {
+            best = sine;
+            memcpy(corner, turned, sizeof turned);
+        }
+    }
+}
+
+/* How far off its plane a hit may lie: 4 float roundings, the most seen (tests/numeric/slivers.c), over the sine,
+ * times the way from the first corner. */
+static float slack_of(const double e1[3], const double e2[3], double area)
+{
+    double length = sqrt(fmax(dot(e1, e1), dot(e2, e2)));
+    return (float)fmin(4 * 0x1p-24 * length / sine_at(e1, e2, area), 0.1 * length);
+}
+
 static void quantise(const double n[3], int16_t out[3])
 {
     for (int i = 0; i < 3; i++) out[i] = (int16_t)lrint(n[i] * 32767);
@@ -287,11 +320,13 @@ static void fill_uv(struct fv_triangle *t, const struct fv_vertex *v, const uint
     t->uv_per_metre = degenerate ? 0 : (float)fmin(sqrt(fabs(determinant) / area), 1e30);
 }
 
-static void fill_triangle(struct fv_triangle *t, const struct fv_vertex *v, const struct corners *c)
+static void fill_triangle(struct fv_triangle *t, const struct fv_vertex *v, struct corners *c)
 {
     double e1[3], e2[3], normal[3];
+    turn_corners(v, c->vertex);
     edges_of(v, c->vertex, e1, e2, normal);
     double area = sqrt(dot(normal, normal)); /* twice the triangle's, as the determinant is in uv */
+    t->slack = slack_of(e1, e2, area);
     normalise(normal);
     for (int k = 0; k < 3; k++) {
         const float *given = v[c->vertex[k]].normal;
@@ -305,7 +340,7 @@ static void fill_triangle(struct fv_triangle *t, const struct fv_vertex *v, cons
 static void lay_out_triangles(const struct fv_build *b, struct fv_scene *scene, size_t kept, size_t opaque)
 {
     const struct fv_material *material = b->materials.data;
-    const struct corners *c = b->triangles.data;
+    struct corners *c = b->triangles.data;
     const struct fv_vertex *v = b->vertices.data;
     uint32_t *index = fv_arena_take(fv_arena(), "scene indices", kept * 3 * sizeof *index, 64);
     struct fv_triangle *triangle = fv_arena_take(fv_arena(), "scene triangles", kept * sizeof *triangle, 64);

@@ -68,7 +68,8 @@ struct fv_triangle {
     int16_t tangent[3]; /* unit vector along growing u, for normal maps */
     int16_t bitangent_sign; /* 1 or -1: bitangent = sign * normal x tangent */
     float uv_per_metre; /* sqrt(area in uv / area in the world): times the texture's size gives texels a metre */
-    uint32_t reserved[2];
+    float slack; /* m: how far off its plane rounding may put a hit, from its shape and size */
+    uint32_t reserved;
 };
 static_assert(sizeof(struct fv_triangle) == 64, "one cache line");
 

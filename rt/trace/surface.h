@@ -213,11 +213,11 @@ static inline void surface_set(struct surface *s, const struct fv_scene *scene, 
     s->hit = h->hit;
     s->point = vf3_add(origin, vf3_scale(direction, t));
     s->footprint = base + t * growth;
-    /* A hit's rounding error grows with its coordinates and with the way there. */
+    /* A hit's rounding error grows with its coordinates, the way there, and the triangle's length. */
     vf reach = vf_max(vf_max(vf_abs(s->point.x), vf_abs(s->point.y)), vf_abs(s->point.z));
     vf3 way = vf3_sub(s->point, origin);
     reach = vf_max(reach, vf_max(vf_max(vf_abs(way.x), vf_abs(way.y)), vf_abs(way.z)));
-    s->offset = reach * 2e-6f;
+    s->offset = vf_max(reach * 2e-6f, (vf)w[14]);
     vf3 geometric = vf3_normalise(h->normal, up);
     vf facing = vf_dot(geometric, direction);
     s->outside = facing < 0.0f;

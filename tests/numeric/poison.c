@@ -1,7 +1,8 @@
-/* poison: NaN, infinities, huge numbers and denormals put into one pixel, node, sample, material, vertex, texture
- * coordinate, texel, light or sensor reading. What was there for one frame is gone in the next; what stays, stays
- * where it is: nothing spreads, no depth is ever anything but a depth. Methods full and reproject, on every
- * instruction set that this machine has. Two loops render the same frames, one of them poisoned. */
+/* poison: NaN, infinities, huge numbers and denormals put into one pixel, node, sample, material, vertex,
+ * texture coordinate, texel, light or sensor reading. What was there for one frame is gone in the next; what
+ * stays, stays where it is: nothing spreads, no depth is ever anything but a depth. Methods full and
+ * reproject, on every instruction set that this machine has. Two loops render the same frames, one of them
+ * poisoned. */
 #include "tests/support/small_scene.h"
 
 #include "rt/frame/loop.h"
@@ -11,8 +12,8 @@
 
 enum { WIDTH = 112, HEIGHT = 96, FIRST = 3, FRAMES = 10 }; /* the poison comes in frame FIRST */
 
-static const uint32_t odd_bits[] = {0x7fc00000, 0xffc00000, 0x7f800001, 0x7f800000, 0xff800000, 0x7f7fffff, 0xff7fffff,
-                                    0x00000001, 0x80000001, 0x80000000, 0xbf800000, 0xffffffff};
+static const uint32_t odd_bits[] = {0x7fc00000, 0xffc00000, 0x7f800001, 0x7f800000, 0xff800000, 0x7f7fffff,
+                                    0xff7fffff, 0x00000001, 0x80000001, 0x80000000, 0xbf800000, 0xffffffff};
 enum { ODD = sizeof odd_bits / sizeof *odd_bits };
 
 struct rig {
@@ -27,24 +28,31 @@ enum { WALL, FLOOR, MIRROR, SPARK, LEAF, MATERIALS };
 
 static struct rig clean, poisoned;
 
-/* A wall with a smooth picture, a floor, a mirror, a masked leaf and a spark of a few pixels, in that order. */
+/* A wall with a smooth picture, a floor, a mirror, a masked leaf and a spark of a few pixels, in that order.
+ */
 static void collect(struct small_scene *s, int workless)
 {
     static uint8_t smooth[64 * 64 * 3], holes[16 * 16];
     for (int i = 0; i < 64 * 64; i++)
-        for (int c = 0; c < 3; c++) smooth[3 * i + c] = (uint8_t)(128 + 40 * sin(2 * M_PI * (i % 64) / 64 + c) * cos(2 * M_PI * (i / 64) / 64));
+        for (int c = 0; c < 3; c++)
+            smooth[3 * i + c] =
+                (uint8_t)(128 + 40 * sin(2 * M_PI * (i % 64) / 64 + c) * cos(2 * M_PI * (i / 64) / 64));
     for (int i = 0; i < 256; i++) holes[i] = i % 16 < 8 ? 255 : 0;
     struct fv_material m[MATERIALS];
     for (int i = 0; i < MATERIALS; i++) m[i] = fv_material_default();
     m[WALL].base_texture = fv_build_texture(s->build, FV_TEXEL_COLOUR, smooth, 64, 64, 3, 0);
     m[LEAF].alpha_texture = fv_build_texture(s->build, FV_TEXEL_ALPHA, holes, 16, 16, 1, 0.5f);
-    for (int c = 0; c < 3; c++) m[MIRROR].diffuse[c] = 0, m[MIRROR].mirror[c] = 0.8f, m[SPARK].emission[c] = 0.2f;
-    static const double plates[MATERIALS][9] = {{-6, -5, -4, 12, 0, 0, 0, 10, 0}, {-6, -1.5, 2, 12, 0, 0, 0, 0, -6},
-                                                {-3, -1, -3, 1, 0, -0.5, 0, 2, 0}, {1.20, 0.9, -3, 0.1, 0, 0, 0, 0.1, 0},
+    for (int c = 0; c < 3; c++)
+        m[MIRROR].diffuse[c] = 0, m[MIRROR].mirror[c] = 0.8f, m[SPARK].emission[c] = 0.2f;
+    static const double plates[MATERIALS][9] = {{-6, -5, -4, 12, 0, 0, 0, 10, 0},
+                                                {-6, -1.5, 2, 12, 0, 0, 0, 0, -6},
+                                                {-3, -1, -3, 1, 0, -0.5, 0, 2, 0},
+                                                {1.20, 0.9, -3, 0.1, 0, 0, 0, 0.1, 0},
                                                 {0.5, -1.4, -2.5, 0.8, 0, 0, 0, 0.8, 0}};
     for (int i = 0; i < MATERIALS; i++) {
         int material = fv_build_material(s->build, &m[i]);
-        if (i != workless) small_plate(s, plates[i], plates[i] + 3, plates[i] + 6, i == SPARK ? 1 : 4, material);
+        if (i != workless)
+            small_plate(s, plates[i], plates[i] + 3, plates[i] + 6, i == SPARK ? 1 : 4, material);
     }
 }
 
@@ -65,14 +73,16 @@ static void open_loop(struct rig *r, const char *method)
     fv_loop_open(&r->loop, &r->s.config, &r->plan, &r->s.tracer, &r->workers, &r->session, 1);
 }
 
-/* `without`: a plate to leave out, or -1. The tracer is left to open, so that the scene can be poisoned before. */
+/* `without`: a plate to leave out, or -1. The tracer is left to open, so that the scene can be poisoned
+ * before. */
 static void build_rig(struct rig *r, int without)
 {
     struct fv_error error;
     memset(r, 0, sizeof *r);
     small_begin(&r->s);
     struct fv_config *c = &r->s.config;
-    c->display_eyes = 1, c->display_width = WIDTH, c->display_height = HEIGHT, c->method_spp = 2, c->method_area_spp = 1;
+    c->display_eyes = 1, c->display_width = WIDTH, c->display_height = HEIGHT, c->method_spp = 2,
+    c->method_area_spp = 1;
     collect(&r->s, without);
     if (fv_build_finish(r->s.build, &r->s.scene, &error)) fail_msg("%s", error.text);
     struct fv_scene *scene = &r->s.scene;
@@ -81,7 +91,8 @@ static void build_rig(struct rig *r, int without)
     scene->lights = 2;
     scene->features |= FV_SCENE_POINT_LIGHTS | FV_SCENE_AREA_LIGHTS;
     scene->light[0] = (struct fv_light){.kind = FV_LIGHT_POINT, .position = {1, 2, 0}, .colour = {9, 9, 9}};
-    scene->light[1] = (struct fv_light){.kind = FV_LIGHT_AREA, .position = {-1, 2, -1}, .u = {1, 0, 0}, .v = {0, 0, 1}, .colour = {2, 2, 2}};
+    scene->light[1] = (struct fv_light){
+        .kind = FV_LIGHT_AREA, .position = {-1, 2, -1}, .u = {1, 0, 0}, .v = {0, 0, 1}, .colour = {2, 2, 2}};
 }
 
 static void close_rig(struct rig *r)
@@ -129,7 +140,8 @@ static struct difference compare(void)
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++) {
             int64_t i = y * a->stride + x;
-            if (depth && !(depth[i] == FV_DEPTH_UNKNOWN || (depth[i] >= 0 && depth[i] <= FV_INVERSE_DEPTH_MAX)))
+            if (depth &&
+                !(depth[i] == FV_DEPTH_UNKNOWN || (depth[i] >= 0 && depth[i] <= FV_INVERSE_DEPTH_MAX)))
                 fail_msg("depth %g at %d %d", (double)depth[i], x, y);
             int most = 0;
             for (int shift = 0; shift < 30; shift += 10) {
@@ -167,14 +179,16 @@ static void render_poisoned(struct rig *r, int frame, int before)
     r->plan = usual;
 }
 
-/* What one poisoned value may cost: in its frame it shows in the pixels around it; from the next frame on they look
- * like their surroundings (at most 24 of 1023 off, where the support image stood in for lost history). */
+/* What one poisoned value may cost: in its frame it shows in the pixels around it; from the next frame on
+ * they look like their surroundings (at most 24 of 1023 off, where the support image stood in for lost
+ * history). */
 enum { PIXELS_MAX = 100, TRACE_MAX = 24 };
 
 static void check_gone(const char *what, uint32_t bits, int frame, bool any, const struct difference *d)
 {
     if (d->pixels <= PIXELS_MAX && (any || d->largest <= TRACE_MAX)) return;
-    fail_msg("%s %08x: %d frames later %d pixels differ, by up to %d", what, bits, frame - FIRST, d->pixels, d->largest);
+    fail_msg("%s %08x: %d frames later %d pixels differ, by up to %d", what, bits, frame - FIRST, d->pixels,
+             d->largest);
 }
 
 static void both_open(int isa, const char *method)
@@ -196,7 +210,8 @@ static void both_close(void)
 #define FOR_EACH_ISA for (int isa = 0; isa <= (int)fv_cpu_isa(); isa++)
 
 /* All values on the widest instruction set, a third of them on each of the others. */
-#define FOR_EACH_ODD(k, n) for (int k = isa == (int)fv_cpu_isa() ? 0 : isa; k < (n); k += isa == (int)fv_cpu_isa() ? 1 : 3)
+#define FOR_EACH_ODD(k, n)                                                                                   \
+    for (int k = isa == (int)fv_cpu_isa() ? 0 : isa; k < (n); k += isa == (int)fv_cpu_isa() ? 1 : 3)
 
 /* select, support, reproject, sample: the order of the method's passes. */
 static void buffers(void **state)
@@ -207,17 +222,21 @@ static void buffers(void **state)
         enum fv_buffer buffer;
         int before, x, y;
         bool rough; /* surroundings that the support image cannot tell, or new to the view */
-    } places[] = {
-        {"history depth", FV_HISTORY_DEPTH, 0, 91, 23, false}, {"history depth, fovea", FV_HISTORY_DEPTH, 0, 61, 50, false},
-        {"history depth, corner", FV_HISTORY_DEPTH, 0, 0, 0, true}, {"history depth, mirror", FV_HISTORY_DEPTH, 0, 24, 52, true},
-        {"support depth", FV_SUPPORT_DEPTH, 2, 11, 3, false}, {"support depth, fovea", FV_SUPPORT_DEPTH, 2, 7, 6, false},
-        {"support depth, corner", FV_SUPPORT_DEPTH, 2, 0, 0, true}, {"depth", FV_DEPTH, 3, 91, 23, false},
-        {"depth, last pixel", FV_DEPTH, 3, WIDTH - 1, HEIGHT - 1, true}};
-    FOR_EACH_ISA {
+    } places[] = {{"history depth", FV_HISTORY_DEPTH, 0, 91, 23, false},
+                  {"history depth, fovea", FV_HISTORY_DEPTH, 0, 61, 50, false},
+                  {"history depth, corner", FV_HISTORY_DEPTH, 0, 0, 0, true},
+                  {"history depth, mirror", FV_HISTORY_DEPTH, 0, 24, 52, true},
+                  {"support depth", FV_SUPPORT_DEPTH, 2, 11, 3, false},
+                  {"support depth, fovea", FV_SUPPORT_DEPTH, 2, 7, 6, false},
+                  {"support depth, corner", FV_SUPPORT_DEPTH, 2, 0, 0, true},
+                  {"depth", FV_DEPTH, 3, 91, 23, false},
+                  {"depth, last pixel", FV_DEPTH, 3, WIDTH - 1, HEIGHT - 1, true}};
+    FOR_EACH_ISA
+    {
         both_open(isa, "reproject");
         const struct fv_frame *f = &poisoned.loop.frame;
-        for (unsigned p = 0; p < sizeof places / sizeof *places; p++)
-            FOR_EACH_ODD(k, ODD) {
+        for (unsigned p = 0; p < sizeof places / sizeof *places; p++) FOR_EACH_ODD(k, ODD)
+            {
                 int64_t stride = places[p].buffer == FV_SUPPORT_DEPTH ? f->stride / f->spacing : f->stride;
                 poison.buffer = places[p].buffer;
                 poison.at = places[p].y * stride + places[p].x;
@@ -239,12 +258,13 @@ static void buffers(void **state)
     }
 }
 
-/* A pixel's flags, whatever they are, do not outlive its frame; a wrong colour is one that the lamp could have made:
- * it fades where it is. */
+/* A pixel's flags, whatever they are, do not outlive its frame; a wrong colour is one that the lamp could
+ * have made: it fades where it is. */
 static void colours(void **state)
 {
     (void)state;
-    FOR_EACH_ISA {
+    FOR_EACH_ISA
+    {
         both_open(isa, "reproject");
         for (uint32_t flags = 0; flags < 4; flags++)
             for (int wrong = 0; wrong < 3; wrong++) {
@@ -255,14 +275,18 @@ static void colours(void **state)
                     const uint32_t *last = clean.loop.frame.buffer[FV_COLOUR][0];
                     poison.buffer = FV_HISTORY_COLOUR;
                     poison.at = 23 * clean.loop.frame.stride + 91;
-                    poison.bits = (wrong == 0 ? last[poison.at] & 0x3fffffff : wrong == 1 ? 0 : 0x3fffffff) | flags << 30;
+                    poison.bits = (wrong == 0   ? last[poison.at] & 0x3fffffff
+                                   : wrong == 1 ? 0
+                                                : 0x3fffffff) |
+                                  flags << 30;
                     render(&clean, n);
                     if (n == FIRST) render_poisoned(&poisoned, n, 0);
                     else render(&poisoned, n);
                     struct difference d = compare();
                     if (n < FIRST || wrong == 0) assert_int_equal(d.pixels, 0);
                     if (n == FIRST) assert_true(d.pixels <= 4);
-                    if (n > FIRST && d.sum > before + before / 20 + 3 * d.pixels) fail_msg("colour: %lld, then %lld", (long long)before, (long long)d.sum);
+                    if (n > FIRST && d.sum > before + before / 20 + 3 * d.pixels)
+                        fail_msg("colour: %lld, then %lld", (long long)before, (long long)d.sum);
                     before = d.sum;
                 }
             }
@@ -274,14 +298,14 @@ static void colours(void **state)
 static void materials(void **state)
 {
     (void)state;
-    for (int method = 0; method < 2; method++)
-        FOR_EACH_ISA {
+    for (int method = 0; method < 2; method++) FOR_EACH_ISA
+        {
             both_open(isa, method ? "reproject" : "full");
             struct fv_material *m = (struct fv_material *)poisoned.s.scene.material;
             float *const fields[] = {&m[SPARK].emission[1], &m[SPARK].diffuse[0], &m[SPARK].diffuse[2]};
             m[SPARK].flags |= FV_MATERIAL_EMISSIVE;
-            for (int i = 0; i < 3; i++)
-                FOR_EACH_ODD(k, 7) {
+            for (int i = 0; i < 3; i++) FOR_EACH_ODD(k, 7)
+                {
                     float usual = *fields[i];
                     restart(&clean);
                     restart(&poisoned);
@@ -299,16 +323,17 @@ static void materials(void **state)
         }
 }
 
-/* Heads and gazes that are none: the head stays where it was, the gaze counts as straight ahead, and the frame after
- * is as good as ever. */
+/* Heads and gazes that are none: the head stays where it was, the gaze counts as straight ahead, and the
+ * frame after is as good as ever. */
 static void readings(void **state)
 {
     (void)state;
     static const double odd[] = {NAN, INFINITY, -INFINITY, 1e300, -1e300, 1e38, 4e-320};
-    FOR_EACH_ISA {
+    FOR_EACH_ISA
+    {
         both_open(isa, "reproject");
-        for (int field = 0; field < 14; field++)
-            FOR_EACH_ODD(k, 7) {
+        for (int field = 0; field < 14; field++) FOR_EACH_ODD(k, 7)
+            {
                 restart(&clean);
                 restart(&poisoned);
                 for (int n = 0; n < FIRST + 4; n++) {
@@ -316,9 +341,10 @@ static void readings(void **state)
                     struct fv_pose p = pose_at(n);
                     double gaze[2][3], uncertainty = 0.3;
                     memcpy(gaze, straight, sizeof gaze);
-                    double *const fields[] = {p.position_m, p.position_m + 1, p.position_m + 2, p.rotation, p.rotation + 1,
-                                              p.rotation + 2, p.rotation + 3, gaze[0], gaze[0] + 1, gaze[0] + 2, gaze[1],
-                                              gaze[1] + 1, gaze[1] + 2, &uncertainty};
+                    double *const fields[] = {p.position_m,   p.position_m + 1, p.position_m + 2, p.rotation,
+                                              p.rotation + 1, p.rotation + 2,   p.rotation + 3,   gaze[0],
+                                              gaze[0] + 1,    gaze[0] + 2,      gaze[1],          gaze[1] + 1,
+                                              gaze[1] + 2,    &uncertainty};
                     if (n == FIRST) *fields[field] = odd[k];
                     fv_loop_frame(&poisoned.loop, &p, gaze, uncertainty, 0, &record);
                     render(&clean, n);
@@ -327,7 +353,8 @@ static void readings(void **state)
                     assert_true(isfinite(record.gaze_px[0][0]) && isfinite(record.gaze_px[0][1]));
                     /* Both resample the view after a step: a mean of 1 % a channel apart at most. */
                     if (n > FIRST && d.sum > 10 * 3 * WIDTH * HEIGHT)
-                        fail_msg("reading %d, %g: a mean of %.1f apart", field, odd[k], (double)d.sum / (3 * WIDTH * HEIGHT));
+                        fail_msg("reading %d, %g: a mean of %.1f apart", field, odd[k],
+                                 (double)d.sum / (3 * WIDTH * HEIGHT));
                 }
             }
         both_close();
@@ -337,8 +364,8 @@ static void readings(void **state)
 enum { SPOILT = 5 };
 static int64_t of_full[FV_ISA_COUNT][ODD][SPOILT][FRAMES];
 
-/* Poison that stays: with history, the picture differs in sum as much as it does without (full: `sums` is written),
- * give or take half; what is spoilt does not spread from frame to frame. */
+/* Poison that stays: with history, the picture differs in sum as much as it does without (full: `sums` is
+ * written), give or take half; what is spoilt does not spread from frame to frame. */
 static void stays_where_it_is(const char *what, uint32_t bits, bool full, int64_t sums[FRAMES])
 {
     for (int n = 0; n < FRAMES; n++) {
@@ -347,25 +374,30 @@ static void stays_where_it_is(const char *what, uint32_t bits, bool full, int64_
         struct difference d = compare();
         if (full) sums[n] = d.sum;
         else if (d.sum > sums[n] + sums[n] / 2 + 2000)
-            fail_msg("%s %08x: after %d frames %lld differs, %lld without history", what, bits, n, (long long)d.sum, (long long)sums[n]);
+            fail_msg("%s %08x: after %d frames %lld differs, %lld without history", what, bits, n,
+                     (long long)d.sum, (long long)sums[n]);
     }
 }
 
 static void coordinates_and_texels(void **state)
 {
     (void)state;
-    for (int method = 0; method < 2; method++)
-        FOR_EACH_ISA {
+    for (int method = 0; method < 2; method++) FOR_EACH_ISA
+        {
             both_open(isa, method ? "reproject" : "full");
             struct fv_scene *s = &poisoned.s.scene;
             struct fv_triangle *t = (struct fv_triangle *)s->triangle;
-            const struct fv_texture *picture = &s->texture[s->material[WALL].base_texture], *holes = &s->texture[s->material[LEAF].alpha_texture];
+            const struct fv_texture *picture = &s->texture[s->material[WALL].base_texture],
+                                    *holes = &s->texture[s->material[LEAF].alpha_texture];
             uint32_t *texel = (uint32_t *)s->texel;
-            FOR_EACH_ODD(k, ODD) {
+            FOR_EACH_ODD(k, ODD)
+            {
                 uint32_t *const places[] = {(uint32_t *)&t[9].uv[1][0], (uint32_t *)&t[9].uv_per_metre,
-                                            (uint32_t *)&t[s->opaque_triangles + 9].uv[0][0], texel + picture->offset[0] + 65 * 40 + 40,
+                                            (uint32_t *)&t[s->opaque_triangles + 9].uv[0][0],
+                                            texel + picture->offset[0] + 65 * 40 + 40,
                                             texel + holes->offset[0] + 17 * 8 + 5};
-                static const char *const names[] = {"uv", "texels a metre", "masked uv", "texel", "masked texel"};
+                static const char *const names[] = {"uv", "texels a metre", "masked uv", "texel",
+                                                    "masked texel"};
                 for (int p = 0; p < SPOILT; p++) {
                     uint32_t usual = *places[p];
                     restart(&clean);
@@ -384,63 +416,69 @@ static void vertices(void **state)
 {
     (void)state;
     FOR_EACH_ISA
-        FOR_EACH_ODD(k, 7) {
-            build_rig(&clean, SPARK);
-            build_rig(&poisoned, -1);
-            const uint32_t *index = poisoned.s.scene.index;
-            const struct fv_triangle *t = poisoned.s.scene.triangle;
-            for (int64_t i = 0; i < poisoned.s.scene.triangles; i++)
-                if (t[i].material == SPARK) memcpy((float *)poisoned.s.scene.position + 3 * index[3 * i] + k % 3, &odd_bits[k], 4);
-            open_tracer(&clean, isa);
-            open_tracer(&poisoned, isa);
-            open_loop(&clean, "full");
-            open_loop(&poisoned, "full");
-            for (int n = 0; n < 2; n++) {
-                render(&clean, n);
-                render(&poisoned, n);
-                struct difference d = compare();
-                if (d.pixels) fail_msg("vertex %08x: %d pixels differ", odd_bits[k], d.pixels);
-            }
-            both_close();
+    FOR_EACH_ODD(k, 7)
+    {
+        build_rig(&clean, SPARK);
+        build_rig(&poisoned, -1);
+        const uint32_t *index = poisoned.s.scene.index;
+        const struct fv_triangle *t = poisoned.s.scene.triangle;
+        for (int64_t i = 0; i < poisoned.s.scene.triangles; i++)
+            if (t[i].material == SPARK)
+                memcpy((float *)poisoned.s.scene.position + 3 * index[3 * i] + k % 3, &odd_bits[k], 4);
+        open_tracer(&clean, isa);
+        open_tracer(&poisoned, isa);
+        open_loop(&clean, "full");
+        open_loop(&poisoned, "full");
+        for (int n = 0; n < 2; n++) {
+            render(&clean, n);
+            render(&poisoned, n);
+            struct difference d = compare();
+            if (d.pixels) fail_msg("vertex %08x: %d pixels differ", odd_bits[k], d.pixels);
         }
+        both_close();
+    }
 }
 
-/* A light that is nowhere, or gives no light, is none: to the bit. One that gives more than any: no pixel is anything
- * but a colour, and no depth anything but a depth. */
+/* A light that is nowhere, or gives no light, is none: to the bit. One that gives more than any: no pixel is
+ * anything but a colour, and no depth anything but a depth. */
 static void lights(void **state)
 {
     (void)state;
-    for (int method = 0; method < 2; method++)
-        FOR_EACH_ISA {
+    for (int method = 0; method < 2; method++) FOR_EACH_ISA
+        {
             both_open(isa, method ? "reproject" : "full");
-            for (int l = 0; l < 2; l++)
-                FOR_EACH_ODD(k, ODD)
-                    for (int field = 0; field < 2; field++) {
-                        struct fv_light *a = &clean.s.scene.light[l], *b = &poisoned.s.scene.light[l], usual = *a;
-                        bool gone = field == 0 && k < 5; /* NaN or infinitely far */
-                        memset(a->colour, 0, sizeof a->colour);
-                        memcpy(field ? &b->colour[1] : &b->position[1], &odd_bits[k], 4);
-                        restart(&clean);
-                        restart(&poisoned);
-                        for (int n = 0; n < 3; n++) {
-                            render(&clean, n);
-                            render(&poisoned, n);
-                            struct difference d = compare();
-                            if (gone && d.pixels) fail_msg("light %d at %08x: %d pixels differ", l, odd_bits[k], d.pixels);
-                        }
-                        *a = *b = usual;
-                        for (int n = 3; n < 6; n++) render(&clean, n), render(&poisoned, n);
-                        struct difference d = compare();
-                        if (!method) assert_int_equal(d.pixels, 0);
-                    }
+            for (int l = 0; l < 2; l++) FOR_EACH_ODD(k, ODD)
+            for (int field = 0; field < 2; field++) {
+                struct fv_light *a = &clean.s.scene.light[l], *b = &poisoned.s.scene.light[l], usual = *a;
+                bool gone = field == 0 && k < 5; /* NaN or infinitely far */
+                memset(a->colour, 0, sizeof a->colour);
+                memcpy(field ? &b->colour[1] : &b->position[1], &odd_bits[k], 4);
+                restart(&clean);
+                restart(&poisoned);
+                for (int n = 0; n < 3; n++) {
+                    render(&clean, n);
+                    render(&poisoned, n);
+                    struct difference d = compare();
+                    if (gone && d.pixels)
+                        fail_msg("light %d at %08x: %d pixels differ", l, odd_bits[k], d.pixels);
+                }
+                *a = *b = usual;
+                for (int n = 3; n < 6; n++) render(&clean, n), render(&poisoned, n);
+                struct difference d = compare();
+                if (!method) assert_int_equal(d.pixels, 0);
+            }
             both_close();
         }
 }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(buffers), cmocka_unit_test(colours), cmocka_unit_test(materials),
-                                       cmocka_unit_test(readings), cmocka_unit_test(coordinates_and_texels),
-                                       cmocka_unit_test(vertices), cmocka_unit_test(lights)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(buffers),
+                                       cmocka_unit_test(colours),
+                                       cmocka_unit_test(materials),
+                                       cmocka_unit_test(readings),
+                                       cmocka_unit_test(coordinates_and_texels),
+                                       cmocka_unit_test(vertices),
+                                       cmocka_unit_test(lights)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
-/* reproject: the reprojection kernel by itself, on histories, nodes and maps that hold anything: what it writes
- * is finite, what it reads lies in its buffers, and equal views give equal pictures. Every instruction set that
- * this machine has. */
+/* reproject: the reprojection kernel by itself, on histories, nodes and maps that hold anything: what it
+ * writes is finite, what it reads lies in its buffers, and equal views give equal pictures. Every instruction
+ * set that this machine has. */
 #include "rt/pass/reproject.h"
 
 #include <math.h>
@@ -12,7 +12,16 @@
 
 #include <cmocka.h>
 
-enum { WIDTH = 90, HEIGHT = 75, TILES_X = 3, TILES_Y = 3, STRIDE = 96, ROWS = 96, SPACING = 8, NODES = STRIDE / SPACING };
+enum {
+    WIDTH = 90,
+    HEIGHT = 75,
+    TILES_X = 3,
+    TILES_Y = 3,
+    STRIDE = 96,
+    ROWS = 96,
+    SPACING = 8,
+    NODES = STRIDE / SPACING
+};
 
 /* Each buffer of its own and as long as a frame's is, so that the sanitizer sees every read beyond it. */
 struct buffers {
@@ -30,9 +39,12 @@ static void *take(size_t bytes)
 static struct buffers make_buffers(void)
 {
     size_t pixels = (size_t)STRIDE * ROWS * 4, nodes = (size_t)NODES * NODES * 4;
-    return (struct buffers){.history_colour = take(pixels + 64), .colour = take(pixels + 64),
-                            .support_colour = take(nodes), .history_depth = take(pixels + 64),
-                            .depth = take(pixels + 64), .support_depth = take(nodes)};
+    return (struct buffers){.history_colour = take(pixels + 64),
+                            .colour = take(pixels + 64),
+                            .support_colour = take(nodes),
+                            .history_depth = take(pixels + 64),
+                            .depth = take(pixels + 64),
+                            .support_depth = take(nodes)};
 }
 
 static void free_buffers(struct buffers *b)
@@ -89,20 +101,31 @@ static int carry(struct buffers *b, const struct fv_map *map, int isa)
 {
     int filled = 0;
     for (int i = 0; i < TILES_X * TILES_Y; i++) {
-        struct fv_reproject_tile t = {.map = *map, .x0 = i % TILES_X * FV_TILE, .y0 = i / TILES_X * FV_TILE,
-                                      .width = WIDTH, .height = HEIGHT, .stride = STRIDE,
-                                      .history_colour = b->history_colour, .history_depth = b->history_depth,
-                                      .spacing = SPACING, .nodes_x = (WIDTH + SPACING - 1) / SPACING,
-                                      .nodes_y = (HEIGHT + SPACING - 1) / SPACING, .support_stride = NODES,
-                                      .support_colour = b->support_colour, .support_depth = b->support_depth,
-                                      .epsilon = 0.03f, .colour = b->colour, .depth = b->depth};
+        struct fv_reproject_tile t = {.map = *map,
+                                      .x0 = i % TILES_X * FV_TILE,
+                                      .y0 = i / TILES_X * FV_TILE,
+                                      .width = WIDTH,
+                                      .height = HEIGHT,
+                                      .stride = STRIDE,
+                                      .history_colour = b->history_colour,
+                                      .history_depth = b->history_depth,
+                                      .spacing = SPACING,
+                                      .nodes_x = (WIDTH + SPACING - 1) / SPACING,
+                                      .nodes_y = (HEIGHT + SPACING - 1) / SPACING,
+                                      .support_stride = NODES,
+                                      .support_colour = b->support_colour,
+                                      .support_depth = b->support_depth,
+                                      .epsilon = 0.03f,
+                                      .colour = b->colour,
+                                      .depth = b->depth};
         fv_kernels((enum fv_isa)isa)->reproject(&t);
     }
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++) {
             float w = b->depth[y * STRIDE + x];
             uint32_t c = b->colour[y * STRIDE + x];
-            if (!(w == FV_DEPTH_UNKNOWN || (w >= 0 && w <= FV_INVERSE_DEPTH_MAX))) fail_msg("depth %g at %d %d", (double)w, x, y);
+            if (!(w == FV_DEPTH_UNKNOWN || (w >= 0 && w <= FV_INVERSE_DEPTH_MAX)))
+                fail_msg("depth %g at %d %d", (double)w, x, y);
             assert_true(!(c & FV_PIXEL_SAMPLED));
             filled += (c & FV_PIXEL_FILLED) != 0;
         }
@@ -118,8 +141,8 @@ static void equal_poses_copy(void **state)
     static const float depths[] = {0, 1e-30f, 1e-6f, 1e-3f, 0.5f, 1, 100, 1e4f, 1e6f};
     struct buffers b = make_buffers();
     for (int p = 0; p < 5; p++)
-        for (unsigned d = 0; d < sizeof depths / sizeof *depths; d++)
-            FOR_EACH_ISA {
+        for (unsigned d = 0; d < sizeof depths / sizeof *depths; d++) FOR_EACH_ISA
+            {
                 double at[3] = {p * 1e5, -p * 17.3, p}, turn[4];
                 fv_quat_from_yaw_pitch_roll(p * 1.1, p * 0.4, -p * 2.0, turn);
                 struct fv_map map = map_between(at, turn, at, turn);
@@ -129,15 +152,16 @@ static void equal_poses_copy(void **state)
                     for (int x = 0; x < WIDTH; x++) {
                         int i = y * STRIDE + x;
                         if (b.colour[i] != (b.history_colour[i] & 0x3fffffff))
-                            fail_msg("pose %d, depth %g: %d %d: %08x from %08x", p, (double)depths[d], x, y, b.colour[i], b.history_colour[i]);
+                            fail_msg("pose %d, depth %g: %d %d: %08x from %08x", p, (double)depths[d], x, y,
+                                     b.colour[i], b.history_colour[i]);
                         assert_true(fabsf(b.depth[i] - depths[d]) <= 1e-6f * depths[d]);
                     }
             }
     free_buffers(&b);
 }
 
-/* Half a turn, steps sideways and through the picture's plane, further than any picture, at all depths; maps that
- * are no maps. Where no history can be, all is filled. */
+/* Half a turn, steps sideways and through the picture's plane, further than any picture, at all depths; maps
+ * that are no maps. Where no history can be, all is filled. */
 static void extreme_motion(void **state)
 {
     (void)state;
@@ -145,7 +169,8 @@ static void extreme_motion(void **state)
     static const float depths[] = {0, 1e-30f, 1e-6f, 1, 1e4f, 1e6f};
     static const double here[3] = {0, 0, 0};
     struct buffers b = make_buffers();
-    FOR_EACH_ISA {
+    FOR_EACH_ISA
+    {
         for (unsigned s = 0; s < sizeof steps / sizeof *steps; s++)
             for (int axis = 0; axis < 3; axis++)
                 for (int turn = 0; turn < 4; turn++)
@@ -156,7 +181,8 @@ static void extreme_motion(void **state)
                         struct fv_map map = map_between(to, rotation, here, no_turn);
                         fill(&b, depths[d]);
                         int filled = carry(&b, &map, isa);
-                        if (turn == 2 && depths[d] * fabs(steps[s]) < 1e-3) assert_int_equal(filled, WIDTH * HEIGHT);
+                        if (turn == 2 && depths[d] * fabs(steps[s]) < 1e-3)
+                            assert_int_equal(filled, WIDTH * HEIGHT);
                     }
         static const float odd[] = {NAN, INFINITY, -INFINITY, 0, 1e38f, -1e38f, 1e-45f};
         for (int i = 0; i < 12; i++)
@@ -170,12 +196,13 @@ static void extreme_motion(void **state)
     free_buffers(&b);
 }
 
-static const uint32_t odd_bits[] = {0x7fc00000, 0xffc00000, 0x7f800001, 0x7f800000, 0xff800000, 0x7f7fffff, 0xff7fffff,
-                                    0x00000001, 0x80000001, 0x80000000, 0xbf800000, 0x4b18967f, 0xffffffff, 0xc2c80000};
+static const uint32_t odd_bits[] = {0x7fc00000, 0xffc00000, 0x7f800001, 0x7f800000, 0xff800000,
+                                    0x7f7fffff, 0xff7fffff, 0x00000001, 0x80000001, 0x80000000,
+                                    0xbf800000, 0x4b18967f, 0xffffffff, 0xc2c80000};
 enum { ODD = sizeof odd_bits / sizeof *odd_bits };
 
-/* One node, or one pixel of history, of any bits: what lies around shows it in this frame at most; the pixels out of
- * its reach are as they would be without it. */
+/* One node, or one pixel of history, of any bits: what lies around shows it in this frame at most; the pixels
+ * out of its reach are as they would be without it. */
 static void one_odd_value(void **state)
 {
     (void)state;
@@ -183,34 +210,41 @@ static void one_odd_value(void **state)
     static const double here[3] = {0, 0, 0}, there[3] = {0.011, -0.007, 0.02};
     struct buffers clean = make_buffers(), b = make_buffers();
     FOR_EACH_ISA
-        for (int moved = 0; moved < 2; moved++) {
-            struct fv_map map = map_between(moved ? there : here, no_turn, here, no_turn);
-            fill(&clean, 0.5f);
-            int usual = carry(&clean, &map, isa);
-            for (int what = 0; what < 2; what++)
-                for (int k = 0; k < ODD; k++)
-                    for (int p = 0; p < 4; p++) {
-                        int x = places[p][0] * SPACING + SPACING / 2, y = places[p][1] * SPACING + SPACING / 2;
-                        if (x >= WIDTH) x = WIDTH - 1;
-                        fill(&b, 0.5f);
-                        float *at = what ? &b.history_depth[y * STRIDE + x] : &b.support_depth[places[p][1] * NODES + places[p][0]];
-                        memcpy(at, &odd_bits[k], 4);
-                        int reach = what ? 2 : SPACING + 2, filled = carry(&b, &map, isa) - usual;
-                        if (filled > (what ? 4 : 0)) fail_msg("%s %08x: %d pixels without history", what ? "pixel" : "node", odd_bits[k], filled);
-                        for (int j = 0; j < HEIGHT; j++)
-                            for (int i = 0; i < WIDTH; i++) {
-                                int n = j * STRIDE + i;
-                                bool same = b.colour[n] == clean.colour[n] && b.depth[n] == clean.depth[n];
-                                /* The border's nodes stand for all that lies beyond them. */
-                                bool far = abs(i - x) > reach && abs(j - y) > reach;
-                                if (far && !same) fail_msg("%s %08x at %d %d shows at %d %d", what ? "pixel" : "node", odd_bits[k], x, y, i, j);
-                                /* A node of unknown depth costs its surroundings no history. */
-                                bool had = !(clean.colour[n] & FV_PIXEL_FILLED);
-                                if (!what && had && !(fabsf(b.depth[n] - clean.depth[n]) <= 0.031f * clean.depth[n]))
-                                    fail_msg("node %08x: depth %g at %d %d", odd_bits[k], (double)b.depth[n], i, j);
-                            }
-                    }
-        }
+    for (int moved = 0; moved < 2; moved++) {
+        struct fv_map map = map_between(moved ? there : here, no_turn, here, no_turn);
+        fill(&clean, 0.5f);
+        int usual = carry(&clean, &map, isa);
+        for (int what = 0; what < 2; what++)
+            for (int k = 0; k < ODD; k++)
+                for (int p = 0; p < 4; p++) {
+                    int x = places[p][0] * SPACING + SPACING / 2, y = places[p][1] * SPACING + SPACING / 2;
+                    if (x >= WIDTH) x = WIDTH - 1;
+                    fill(&b, 0.5f);
+                    float *at = what ? &b.history_depth[y * STRIDE + x]
+                                     : &b.support_depth[places[p][1] * NODES + places[p][0]];
+                    memcpy(at, &odd_bits[k], 4);
+                    int reach = what ? 2 : SPACING + 2, filled = carry(&b, &map, isa) - usual;
+                    if (filled > (what ? 4 : 0))
+                        fail_msg("%s %08x: %d pixels without history", what ? "pixel" : "node", odd_bits[k],
+                                 filled);
+                    for (int j = 0; j < HEIGHT; j++)
+                        for (int i = 0; i < WIDTH; i++) {
+                            int n = j * STRIDE + i;
+                            bool same = b.colour[n] == clean.colour[n] && b.depth[n] == clean.depth[n];
+                            /* The border's nodes stand for all that lies beyond them. */
+                            bool far = abs(i - x) > reach && abs(j - y) > reach;
+                            if (far && !same)
+                                fail_msg("%s %08x at %d %d shows at %d %d", what ? "pixel" : "node",
+                                         odd_bits[k], x, y, i, j);
+                            /* A node of unknown depth costs its surroundings no history. */
+                            bool had = !(clean.colour[n] & FV_PIXEL_FILLED);
+                            if (!what && had &&
+                                !(fabsf(b.depth[n] - clean.depth[n]) <= 0.031f * clean.depth[n]))
+                                fail_msg("node %08x: depth %g at %d %d", odd_bits[k], (double)b.depth[n], i,
+                                         j);
+                        }
+                }
+    }
     free_buffers(&clean);
     free_buffers(&b);
 }
@@ -221,10 +255,11 @@ static void all_odd_values(void **state)
     (void)state;
     struct buffers b = make_buffers();
     uint32_t seed = 1;
-    for (int round = 0; round < 40; round++)
-        FOR_EACH_ISA {
+    for (int round = 0; round < 40; round++) FOR_EACH_ISA
+        {
             double at[3], rotation[4];
-            for (int i = 0; i < 3; i++) at[i] = ((double)noise(seed++) / 2147483648.0 - 1) * pow(10, round % 8 - 4);
+            for (int i = 0; i < 3; i++)
+                at[i] = ((double)noise(seed++) / 2147483648.0 - 1) * pow(10, round % 8 - 4);
             fv_quat_from_yaw_pitch_roll(noise(seed) * 1e-9, noise(seed + 1) * 1e-9, 0, rotation);
             seed += 2;
             struct fv_map map = map_between(at, rotation, (double[3]){0, 0, 0}, no_turn);

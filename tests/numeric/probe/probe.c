@@ -29,7 +29,8 @@ static void probe_exp2(const struct fv_texture *texture, const float *const *in,
     EACH vf_store(out[0] + i, vf_exp2(IN(0)));
 }
 
-static void probe_normalise(const struct fv_texture *texture, const float *const *in, float *const *out, int n)
+static void probe_normalise(const struct fv_texture *texture, const float *const *in, float *const *out,
+                            int n)
 {
     (void)texture;
     EACH store3(out, 0, i, vf3_normalise(IN3(0), UP));
@@ -38,7 +39,8 @@ static void probe_normalise(const struct fv_texture *texture, const float *const
 static void probe_refract(const struct fv_texture *texture, const float *const *in, float *const *out, int n)
 {
     (void)texture;
-    EACH {
+    EACH
+    {
         struct refraction r = refract(IN3(0), UP, IN(3), IN(4) > 0.5f);
         vf_store(out[0] + i, r.reflectance);
         vf_store(out[1] + i, vf_select(r.through, vf_of(1), vf_of(0)));
@@ -49,7 +51,8 @@ static void probe_refract(const struct fv_texture *texture, const float *const *
 static void probe_phong(const struct fv_texture *texture, const float *const *in, float *const *out, int n)
 {
     (void)texture;
-    EACH {
+    EACH
+    {
         struct surface s = {.normal = UP, .specular = {vf_of(1), vf_of(1), vf_of(1)}, .shininess = IN(6)};
         vf_store(out[0] + i, phong(&s, IN3(0), IN3(3), vf_max(IN(4), vf_of(0)), true).x);
     }
@@ -57,7 +60,8 @@ static void probe_phong(const struct fv_texture *texture, const float *const *in
 
 static void probe_place(const struct fv_texture *texture, const float *const *in, float *const *out, int n)
 {
-    EACH {
+    EACH
+    {
         struct texel_place p = place_texels(texture, IN(0), IN(1), IN(2));
         vf_store(out[0] + i, fetch(texture->texel, &p).x);
         vf_store(out[1] + i, vf_from(p.upper));
@@ -68,7 +72,8 @@ static void probe_place(const struct fv_texture *texture, const float *const *in
 static void probe_bend(const struct fv_texture *texture, const float *const *in, float *const *out, int n)
 {
     (void)texture;
-    EACH {
+    EACH
+    {
         struct surface s = {.normal = UP, .bump_scale = IN(3), .flags = vi_of(FV_MATERIAL_NORMAL_MAPPED)};
         s.in.tangent = IN3(4);
         s.in.bitangent_sign = IN(7);

@@ -8,16 +8,17 @@
 
 /* Rows `in` of n floats, n a multiple of 16, to rows `out`. The shading normal is +y throughout.
  * `texture` is for PLACE only. */
-typedef void fv_probe_function(const struct fv_texture *texture, const float *const *in, float *const *out, int n);
+typedef void fv_probe_function(const struct fv_texture *texture, const float *const *in, float *const *out,
+                               int n);
 
 enum fv_probe {
     PROBE_LOG2,      /* a -> log2 a */
     PROBE_EXP2,      /* a -> 2^a */
     PROBE_NORMALISE, /* x y z -> x y z; too short or long: 0 1 0 */
-    PROBE_REFRACT,   /* x y z of the direction, ior, outside (0 or 1) -> reflectance, through (0 or 1), x y z */
-    PROBE_PHONG,     /* x y z to the viewer, x y z to the light, exponent -> radiance of a specular albedo 1 */
-    PROBE_PLACE,     /* u v footprint -> mean of the four texels (red), the places of the two rows */
-    PROBE_BEND,      /* texel's x y z (0..1023), scale, tangent x y z, bitangent's sign -> normal x y z */
+    PROBE_REFRACT, /* x y z of the direction, ior, outside (0 or 1) -> reflectance, through (0 or 1), x y z */
+    PROBE_PHONG,   /* x y z to the viewer, x y z to the light, exponent -> radiance of a specular albedo 1 */
+    PROBE_PLACE,   /* u v footprint -> mean of the four texels (red), the places of the two rows */
+    PROBE_BEND,    /* texel's x y z (0..1023), scale, tangent x y z, bitangent's sign -> normal x y z */
     PROBES
 };
 
