@@ -66,7 +66,7 @@ struct fv_shown fv_tick_text(const struct fv_ticks *ticks, int which)
     double value = ticks->value[which], size = fabs(value);
     if (size >= 1e5 || ticks->step >= 1000) return fv_shown_count(value);
     if (ticks->step > 0) return fv_shown_fixed(value, ticks->decimals);
-    if (size >= 1e-4) snprintf(out.text, sizeof out.text, "%.4g", value);
+    if (size >= 1e-4) snprintf(out.text, sizeof out.text, size >= 1e4 ? "%.0f" : "%.4g", value);
     else
         snprintf(out.text, sizeof out.text, "%.0fe%.0f", value / pow(10, floor(log10(value) + 1e-9)),
                  floor(log10(value) + 1e-9));

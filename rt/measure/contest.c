@@ -96,6 +96,22 @@ void fv_contest_calibrate(struct fv_contest *c, double *full, double *judging)
     *judging = 1.1 * FV_SWEEP_SEGMENTS * (double)(fv_clock_now_ns(&fv_clock_monotonic) - start_ns) * 1e-9;
 }
 
+double fv_contest_guess(struct fv_contest *c, struct fv_contender *contender, int level, double full)
+{
+    struct fv_parameters parameters;
+    struct fv_frame_record record;
+    double ms[3];
+    contender->plan.method->parameters(contender->loop.config, level, &parameters);
+    if (!contender->plan.history) return full * parameters.spp;
+    contender->loop.level = level;
+    fv_loop_restart(&contender->loop);
+    for (int i = -2; i < 3; i++) {
+        render(contender, &c->frame[0][2 + i], &record);
+        if (i >= 0) ms[i] = (double)record.frame_ms;
+    }
+    return quartiles(ms, 3).value * 1e-3;
+}
+
 /* One frame of the method and one of the full renderer at the same pose; which is first alternates. */
 static void time_pair(struct fv_contest *c, struct fv_contender *contender, const struct fv_sweep_frame *frame,
                       struct tally *t)

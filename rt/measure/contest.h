@@ -44,6 +44,10 @@ void fv_contest_open(struct fv_contest *contest, struct fv_reference *reference,
 /* Seconds that a full frame takes, and the judging of one row's pictures. */
 void fv_contest_calibrate(struct fv_contest *contest, double *full, double *judging);
 
+/* Seconds that a frame of the contender at a level takes, from a few frames where it has a history; otherwise
+ * from that of the full renderer. */
+double fv_contest_guess(struct fv_contest *contest, struct fv_contender *contender, int level, double full);
+
 /* Fills in what is measured of `row`, whose level is set; `repeats` times through the segments with `timed`
  * frames each (1 to FV_SWEEP_TIMED), and writes a picture and its FLIP map. Returns 0; 1: stopped; -1 with
  * the error set. */

@@ -15,9 +15,9 @@ enum { METHODS_MAX = 8, MANY_SECONDS = 30 };
 /* A row of the whole sweep. */
 struct place {
     int method, level; /* method: index of the contenders */
+    bool there;        /* measured before */
     int repeats, timed; /* times through the segments, timed frames of each */
-    double full_frames; /* cost of its frame, guessed, in full frames at one sample */
-    double seconds;     /* what it will take, guessed */
+    double frame_seconds, seconds; /* of a frame, of the row, guessed */
 };
 
 struct fv_sweep {
@@ -99,11 +99,14 @@ static int read_row(const struct fv_sweep *s, int n, struct fv_measure_row *row,
     return fv_error_set(error, "%s: of another scene, version or other settings; remove it or give another --out", path);
 }
 
-static int check_rows(const struct fv_sweep *s, struct fv_error *error)
+static int check_rows(struct fv_sweep *s, struct fv_error *error)
 {
     struct fv_measure_row row;
-    for (int i = 0; i < s->rows; i++)
-        if (read_row(s, i, &row, error) < 0) return -1;
+    for (int i = 0; i < s->rows; i++) {
+        int there = read_row(s, i, &row, error);
+        if (there < 0) return -1;
+        s->place[i].there = there;
+    }
     return 0;
 }
 
@@ -154,10 +157,12 @@ static double share_out(struct fv_sweep *s, double most, double judging)
     for (int i = 0; i < s->rows; i++) {
         struct place *p = &s->place[i];
         const struct fv_plan *plan = &s->contender[p->method].plan;
-        double frame = p->full_frames * s->full_seconds, pair = frame + s->full_seconds;
-        double warm = FV_SWEEP_SEGMENTS * (plan->history ? FV_SWEEP_WARM : 1) * frame;
+        double frame = p->frame_seconds, pair = frame + s->full_seconds;
+        if (p->there) continue;
+        double warm = plan->history ? FV_SWEEP_SEGMENTS * FV_SWEEP_WARM * frame : 0;
         double frames = (most - judging - warm) / pair / FV_SWEEP_SEGMENTS;
         p->timed = (int)fmin(fmax(frames, 1), FV_SWEEP_TIMED);
+        if (p->timed == 1 && !plan->history) warm = FV_SWEEP_SEGMENTS * frame; /* flicker wants two */
         /* More than a usual row only where there is more than usual time. */
         double repeats = s->seconds > FV_SWEEP_SECONDS ? frames / (FV_SWEEP_TIMED + (plan->history ? FV_SWEEP_WARM : 0)) : 1;
         p->repeats = (int)fmin(fmax(repeats, 1), FV_SWEEP_REPEATS_MAX);
@@ -169,14 +174,10 @@ static double share_out(struct fv_sweep *s, double most, double judging)
 
 static void plan_time(struct fv_sweep *s, double judging)
 {
+    for (struct place *p = s->place; p < s->place + s->rows; p++)
+        if (!p->there) p->frame_seconds = fv_contest_guess(&s->contest, &s->contender[p->method], p->level, s->full_seconds);
     double spent = (double)(fv_clock_now_ns(&fv_clock_monotonic) - s->start_ns) * 1e-9;
     double left = fmax(s->seconds - spent, 0), low = 0, high = s->seconds;
-    for (int i = 0; i < s->rows; i++) {
-        const struct place *p = &s->place[i];
-        struct fv_parameters parameters;
-        s->contender[p->method].plan.method->parameters(&s->config, p->level, &parameters);
-        s->place[i].full_frames = parameters.spp;
-    }
     for (int i = 0; i < 40; i++) {
         double middle = (low + high) / 2;
         if (share_out(s, middle, judging) > left) high = middle;
@@ -227,7 +228,7 @@ int fv_sweep_row(struct fv_sweep *s, int n, struct fv_measure_row *row, bool *me
     file_name(s, path, sizeof path, "rows", n, ".row");
     file_name(s, picture, sizeof picture, "pictures", n, ".jpg");
     file_name(s, difference, sizeof difference, "pictures", n, "-difference.jpg");
-    double done_from = s->done_seconds / s->all_seconds;
+    double done_from = s->all_seconds > 0 ? s->done_seconds / s->all_seconds : 0;
     s->done_seconds += p->seconds;
     *measured = false;
     int there = read_row(s, n, row, error);
@@ -240,7 +241,7 @@ int fv_sweep_row(struct fv_sweep *s, int n, struct fv_measure_row *row, bool *me
     snprintf(what, sizeof what, "row %d of %d: %s level %d", n + 1, s->rows, row->method, row->level);
     s->contest.what = what;
     s->contest.done_from = done_from;
-    s->contest.done_to = s->done_seconds / s->all_seconds;
+    s->contest.done_to = s->all_seconds > 0 ? s->done_seconds / s->all_seconds : 1;
     int state = fv_contest_run(&s->contest, contender, p->repeats, p->timed, row, picture, difference, error);
     if (state) return state;
     *measured = true;

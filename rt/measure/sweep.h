@@ -14,7 +14,7 @@
 #include "rt/measure/reference.h"
 #include "rt/measure/row.h"
 
-enum { FV_SWEEP_WARM = 6, FV_SWEEP_TIMED = 6, FV_SWEEP_REPEATS_MAX = 100, FV_SWEEP_SECONDS = 420 };
+enum { FV_SWEEP_WARM = 6, FV_SWEEP_TIMED = 6, FV_SWEEP_REPEATS_MAX = 100, FV_SWEEP_SECONDS = 480 };
 
 struct fv_sweep_io {
     void *context;
