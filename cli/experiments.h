@@ -25,6 +25,7 @@ struct fv_numeric_row *fv_numerics_add(struct fv_numerics *numerics, const char 
 void fv_numerics_errors(struct fv_numeric_row *row, double *error, int count);
 
 void fv_experiment_integration(struct fv_setup *setup, struct fv_numerics *numerics);
+void fv_experiment_variants(struct fv_setup *setup, struct fv_numerics *numerics);
 void fv_experiment_depth(struct fv_setup *setup, struct fv_numerics *numerics);
 void fv_experiment_head(struct fv_setup *setup, struct fv_numerics *numerics);
 void fv_experiment_gaze(struct fv_setup *setup, struct fv_numerics *numerics);

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 
 static void (*const experiments[])(struct fv_setup *setup, struct fv_numerics *numerics) = {
-    fv_experiment_integration, fv_experiment_depth, fv_experiment_head, fv_experiment_gaze};
+    fv_experiment_variants, fv_experiment_integration, fv_experiment_depth, fv_experiment_head, fv_experiment_gaze};
 
 struct fv_numeric_row *fv_numerics_add(struct fv_numerics *n, const char *quantity, const char *method,
                                        const char *error_unit, const char *condition, ...)

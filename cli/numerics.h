@@ -1,5 +1,5 @@
-/* numerics: error against cost of the numerics that are not pictures: IMU integration, reprojection's
- * depth interpolation, prediction of head pose and gaze. One table of all, in measure's report and as
+/* numerics: error against cost of the numerics that are not pictures: tracing kernels, IMU integration,
+ * reprojection's depth interpolation, prediction of head pose and gaze. One table of all, in measure's report and as
  * numerics.csv. */
 #ifndef FV_CLI_NUMERICS_H
 #define FV_CLI_NUMERICS_H
