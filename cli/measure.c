@@ -71,7 +71,9 @@ static int open_sweep(struct measure *m, const struct fv_arguments *a, struct fv
     if (fv_setup_open(&m->setup, &a->request, error)) return -1;
     if (given->method && fv_setup_method(given->method, "--method", error) == NULL) return -1;
     if (fv_setup_start(&m->setup, true, error)) return -1;
-    return fv_sweep_open(&m->sweep, &m->setup.config, &m->setup.tracer, &m->setup.workers, &io, &choice, a->out, error);
+    if (fv_sweep_open(&m->sweep, &m->setup.config, &m->setup.tracer, &m->setup.workers, &io, &choice, a->out, error))
+        return -1;
+    return fv_measure_check(a->out, fv_sweep_scene(m->sweep), fv_sweep_key(m->sweep), error);
 }
 
 static void tell_row(int n, int rows, const struct fv_measure_row *r, bool measured)
@@ -89,7 +91,7 @@ static int run_rows(struct measure *m, const char *out, struct fv_error *error)
     struct fv_measure_row row;
     bool measured;
     int rows = fv_sweep_rows(m->sweep), found, missing;
-    int state = rows ? fv_sweep_prepare(m->sweep, error) : 0;
+    int state = 0;
     m->stage_ns = 0;
     for (int n = 0; n < rows && state == 0; n++) {
         state = fv_sweep_row(m->sweep, n, &row, &measured, error);
@@ -150,7 +152,14 @@ int fv_verb_measure(const struct fv_arguments *a)
     struct sigaction action = {.sa_handler = on_signal};
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
-    int state = run_rows(&m, a->out, &error);
+    int state = fv_sweep_rows(m.sweep) ? fv_sweep_prepare(m.sweep, &error) : 0;
+    if (state < 0) {
+        fv_log("%s", error.text);
+        return FV_EXIT_UNUSABLE;
+    }
+    int left_out = fv_sweep_left_out(m.sweep);
+    if (left_out) fv_log("%d rows would take too long and are left out; --seconds gives more time, --level measures one", left_out);
+    if (state == 0) state = run_rows(&m, a->out, &error);
     if (state == 0 && a->measure.shard == 0) state = run_numerics(&m, a->out, &error);
     return finish(a->out, state, &error);
 }

@@ -58,7 +58,7 @@ static int take_scene(struct fv_measure_page *page, int first)
 const struct fv_measure_row *fv_measure_baseline(const struct fv_measure_page *page)
 {
     for (int i = 0; i < page->rows; i++)
-        if (strcmp(page->row[i].method, "full") == 0) return &page->row[i];
+        if (strcmp(page->row[i].method, "full") == 0 && page->row[i].level == 0) return &page->row[i];
     return NULL;
 }
 

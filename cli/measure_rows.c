@@ -12,7 +12,7 @@
 static bool ends_with(const char *name, const char *ending)
 {
     size_t n = strlen(name), m = strlen(ending);
-    return n > m && strcmp(name + n - m, ending) == 0;
+    return n >= m && strcmp(name + n - m, ending) == 0;
 }
 
 /* Calls take(context, path, name) for each file of folder/sub that ends so; fewer than 0: ended by -1. A folder
@@ -58,10 +58,23 @@ static int take_row(void *context, const char *path, const char *name, struct fv
 /* Rows that a whole sweep of the scenes has and these have not. */
 static int count_missing(int rows)
 {
-    int of_scene = 0, scenes = 0;
+    int of_scene = 0, scenes = 0, missing;
     for (int n = 0; fv_method_at(n); n++) of_scene += fv_method_at(n)->measured;
     for (int i = 0; i < rows; i++) scenes += i == 0 || strcmp(row[i].scene, row[i - 1].scene) != 0;
-    return scenes * of_scene - rows;
+    missing = scenes * of_scene - rows;
+    return missing > 0 ? missing : 0;
+}
+
+int fv_measure_check(const char *out, const char *scene, const char *key, struct fv_error *error)
+{
+    char path[FV_PATH_MAX + 32];
+    int rows = 0;
+    if (each_file(out, "rows", ".row", take_row, &rows, error) < 0) return -1;
+    for (int i = 0; i < rows; i++)
+        if (strcmp(row[i].scene, scene) == 0 && strcmp(row[i].key, key) != 0)
+            return fv_error_set(error, "%s: of another scene, version or other settings; remove it or give another --out", row_path[i]);
+    snprintf(path, sizeof path, "%s/numerics.csv", out);
+    return fv_file_exists(path) && fv_numerics_read(numeric, path, error) < 0 ? -1 : 0;
 }
 
 int fv_measure_write(const char *out, int *rows, int *missing, struct fv_error *error)
@@ -107,16 +120,20 @@ static int copy_file(void *context, const char *from, const char *name, struct f
     return failed;
 }
 
-/* All rows of the folders, read before anything is copied: a bad one leaves OUT as it was. */
-static int check_folders(const char *const *folder, int folders, struct fv_error *error)
+/* All rows of the folders and of OUT, read before anything is copied: a bad one leaves OUT as it was. */
+static int check_folders(const char *const *folder, int folders, const char *out, struct fv_error *error)
 {
     int rows = 0;
+    char path[FV_PATH_MAX + 32];
     for (int i = 0; i < folders; i++) {
         int before = rows;
         if (each_file(folder[i], "rows", ".row", take_row, &rows, error) < 0) return -1;
-        if (rows == before) return fv_error_set(error, "%s: holds no rows of a measure (rows/*.row)", folder[i]);
+        snprintf(path, sizeof path, "%.1000s/measure.csv", folder[i]); /* a share may be empty */
+        if (rows == before && !fv_file_exists(path))
+            return fv_error_set(error, "%s: holds no rows of a measure (rows/*.row)", folder[i]);
     }
-    return 0;
+    if (rows == 0) return fv_error_set(error, "%s: none of the folders holds a row of a measure (rows/*.row)", folder[0]);
+    return each_file(out, "rows", ".row", take_row, &rows, error) < 0 ? -1 : 0;
 }
 
 int fv_measure_merge(const char *const *folder, int folders, const char *out, struct fv_error *error)
@@ -125,7 +142,7 @@ int fv_measure_merge(const char *const *folder, int folders, const char *out, st
         const char *sub, *ending;
     } kinds[] = {{"rows", ".row"}, {"pictures", ".jpg"}, {".", "numerics.csv"}};
     char path[FV_PATH_MAX + 32];
-    if (check_folders(folder, folders, error)) return -1;
+    if (check_folders(folder, folders, out, error)) return -1;
     for (unsigned k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
         struct copy copy = {out, kinds[k].sub};
         snprintf(path, sizeof path, "%s/%s", out, kinds[k].sub);

@@ -9,18 +9,31 @@
 /* As good as: the fovea no more than this below plain rendering at one sample a pixel. */
 static const double margin_db = 0.5;
 
+/* Of each machine, display and reference that rows come from, once. */
+static void write_abouts(struct fv_measure_page *page)
+{
+    const struct fv_measure_row *row = page->report->row;
+    for (int i = 0; i < page->report->rows; i++) {
+        bool said = false;
+        for (int k = 0; k < i; k++) said |= strcmp(row[k].about, row[i].about) == 0;
+        if (said) continue;
+        if (i) fv_writer_print(page->out, "<br>");
+        fv_html_text(page->out, row[i].about);
+    }
+}
+
 void fv_measure_header(struct fv_measure_page *page, const char *title)
 {
     const struct fv_measure_report *report = page->report;
     fv_writer_print(page->out, "<header>\n<h1>");
     fv_html_text(page->out, title);
     fv_writer_print(page->out, "</h1>\n<p class=\"soft\">");
-    fv_html_text(page->out, report->row[0].about);
+    write_abouts(page);
     fv_writer_print(page->out, "</p>\n");
     if (report->missing > 0)
         fv_writer_print(page->out,
-                        "<p class=\"verdict bad\"><b>%d row%s of the sweep %s missing.</b> Running the same "
-                        "measure again goes on where it stopped.</p>\n",
+                        "<p class=\"verdict\"><b>%d row%s of the whole sweep %s not here:</b> of other methods, "
+                        "levels or shares, or not measured yet.</p>\n",
                         report->missing, report->missing == 1 ? "" : "s",
                         report->missing == 1 ? "is" : "are");
     fv_writer_print(page->out, "</header>\n");
@@ -62,7 +75,7 @@ static void write_sentences(struct fv_measure_page *page, const struct fv_measur
                         fv_shown_infinite(full_db, 1).text);
     } else if (isnan(full_db)) {
         fv_writer_print(out,
-                        "Plain rendering (full) is not among the rows, so no method is judged against it. ");
+                        "Plain rendering (full at level 0) is not among the rows, so no method is judged against it. ");
     } else if (quick) {
         fv_writer_print(out, "No level of another method comes within %.1f dB of full in the fovea (%s dB). ",
                         margin_db, fv_shown_infinite(full_db, 1).text);
@@ -100,6 +113,11 @@ void fv_measure_verdict(struct fv_measure_page *page)
     const struct fv_measure_row *equal = isnan(full_db) ? NULL : fastest(page, full_db - margin_db);
     const struct fv_measure_row *quick = fastest(page, -INFINITY);
     char more[128];
+    int least = first->frames, most = first->frames;
+    for (int i = 0; i < page->rows; i++) {
+        if (page->row[i].frames < least) least = page->row[i].frames;
+        if (page->row[i].frames > most) most = page->row[i].frames;
+    }
     write_sentences(page, full, equal, quick);
     fv_writer_print(page->out, "<dl class=\"facts\">\n");
     write_fact(page, "Speed-up, fovea as good", equal);
@@ -108,8 +126,10 @@ void fv_measure_verdict(struct fv_measure_page *page)
              fv_shown_fixed(first->full_frame_ms.low, 2).text,
              fv_shown_fixed(first->full_frame_ms.high, 2).text);
     fv_fact(page->out, "Plain frame", fv_shown_fixed(first->full_frame_ms.value, 2), " ms", more);
-    snprintf(more, sizeof more, "%d method%s; %d timed frames, %d judged pictures each", page->methods,
-             page->methods == 1 ? "" : "s", first->frames, first->pictures);
+    char frames[32];
+    snprintf(frames, sizeof frames, least == most ? "%d" : "%d to %d", least, most);
+    snprintf(more, sizeof more, "%d method%s; %s timed frames, %d judged pictures each", page->methods,
+             page->methods == 1 ? "" : "s", frames, first->pictures);
     fv_fact(page->out, "Rows", fv_shown_fixed(page->rows, 0), "", more);
     fv_writer_print(page->out, "</dl>\n");
 }

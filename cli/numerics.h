@@ -19,7 +19,7 @@ struct fv_numeric_row {
 
 /* Measures all of it for the scene and sensors of the settings; a few seconds. Returns the number of
  * rows put into `row` (at most FV_NUMERICS_MAX). `stopped`: ends it early where it becomes true (NULL:
- * never). `setup`: opened and taken (fv_setup_take). Memory is taken from the arena: call once. Tapes are
+ * never). `setup`: opened and started (fv_setup_start). Memory is taken from the arena: call once. Tapes are
  * those that imu.source and eye.source read. */
 int fv_numerics_measure(struct fv_setup *setup, struct fv_numeric_row *row, const volatile int *stopped);
 

@@ -92,7 +92,9 @@ int fv_writer_open(struct fv_writer *w, const char *path, struct fv_error *error
     char temporary[FV_PATH_MAX + 8];
     w->used = 0;
     w->failed = 0;
-    snprintf(w->path, sizeof w->path, "%s", path);
+    w->fd = -1;
+    if (snprintf(w->path, sizeof w->path, "%s", path) >= (int)sizeof w->path)
+        return fv_error_set(error, "%.60s...: path too long", path);
     if (to_standard_output(w)) {
         w->fd = STDOUT_FILENO;
         return 0;

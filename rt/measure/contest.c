@@ -14,7 +14,7 @@ enum { TIMES_MAX = FV_SWEEP_SEGMENTS * FV_SWEEP_TIMED * FV_SWEEP_REPEATS_MAX };
 
 /* What is gathered of a row. */
 struct tally {
-    int times, pictures;
+    int times, full_times, pictures;
     double ms[TIMES_MAX], full_ms[TIMES_MAX], ratio[TIMES_MAX];
     double rays, sampled;
     struct fv_errors errors[FV_SWEEP_SEGMENTS];
@@ -112,17 +112,19 @@ double fv_contest_guess(struct fv_contest *c, struct fv_contender *contender, in
     return quartiles(ms, 3).value * 1e-3;
 }
 
-/* One frame of the method and one of the full renderer at the same pose; which is first alternates. */
-static void time_pair(struct fv_contest *c, struct fv_contender *contender, const struct fv_sweep_frame *frame,
-                      struct tally *t)
+/* One frame of the method and, where `with_full`, one of the full renderer at the same pose; which is first
+ * alternates. */
+static void time_frame(struct fv_contest *c, struct fv_contender *contender, const struct fv_sweep_frame *frame,
+                       bool with_full, struct tally *t)
 {
     struct fv_frame_record own, full;
-    if (t->times % 2) render(&c->full, frame, &full);
+    bool full_first = t->times % 2;
+    if (with_full && full_first) render(&c->full, frame, &full);
     render(contender, frame, &own);
-    if (t->times % 2 == 0) render(&c->full, frame, &full);
+    if (with_full && !full_first) render(&c->full, frame, &full);
+    if (with_full) t->full_ms[t->full_times++] = (double)full.frame_ms;
     t->ms[t->times] = (double)own.frame_ms;
-    t->full_ms[t->times] = (double)full.frame_ms;
-    t->ratio[t->times] = (double)full.frame_ms / (double)own.frame_ms;
+    t->ratio[t->times] = t->full_ms[t->full_times - 1] / (double)own.frame_ms;
     for (int k = 0; k < FV_RAY_KINDS; k++) t->rays += (double)own.rays[k];
     t->sampled += (double)own.sampled_fraction;
     t->times++;
@@ -133,15 +135,6 @@ static struct fv_metrics_picture picture_of(struct fv_contest *c, struct fv_cont
     struct fv_frame *f = &contender->loop.frame;
     fv_pass_run(&fv_pass_present, f, c->workers);
     return (struct fv_metrics_picture){f->width, f->height, 4, 4 * f->stride, f->buffer[FV_PICTURE][0]};
-}
-
-/* The left eye's picture of the frame before a segment's last, kept for flicker. */
-static void keep_before(struct fv_contest *c, struct fv_contender *contender)
-{
-    struct fv_metrics_picture p = picture_of(c, contender);
-    uint8_t *to = c->before;
-    for (int y = 0; y < p.height; y++)
-        for (int x = 0; x < p.width; x++, to += 3) memcpy(to, p.pixel + y * p.stride_bytes + x * p.step, 3);
 }
 
 static int judge(struct fv_contest *c, struct fv_contender *contender, int segment, struct tally *t,
@@ -205,7 +198,7 @@ static void fill_times(struct fv_measure_row *row, struct tally *t)
     row->frames = t->times;
     row->frame_ms = quartiles(t->ms, t->times);
     row->frame_ms_p99 = percentile(t->ms, t->times, 99);
-    row->full_frame_ms = quartiles(t->full_ms, t->times);
+    row->full_frame_ms = quartiles(t->full_ms, t->full_times);
     row->speedup = quartiles(t->ratio, t->times);
     row->rays = t->rays / t->times;
     row->sampled_fraction = t->sampled / t->times;
@@ -222,26 +215,32 @@ static void describe(struct fv_measure_row *row, const struct fv_contender *cont
                  (double)p.foveal.r1_deg, (double)p.foveal.p_min);
 }
 
-int fv_contest_run(struct fv_contest *c, struct fv_contender *contender, int repeats, int timed,
+int fv_contest_run(struct fv_contest *c, struct fv_contender *contender, const struct fv_contest_effort *effort,
                    struct fv_measure_row *row, const char *picture, const char *difference, struct fv_error *error)
 {
     static struct tally t;
     struct fv_frame_record record;
-    int warm = contender->plan.history ? FV_SWEEP_WARM : timed == 1;
-    t.times = t.pictures = 0;
+    int timed = effort->timed, segments = effort->repeats * FV_SWEEP_SEGMENTS;
+    int first = contender->plan.history ? 0 : FV_SWEEP_FRAMES - timed;
+    t.times = t.full_times = t.pictures = 0;
     t.rays = t.sampled = 0;
     contender->loop.level = row->level;
-    for (int n = 0; n < repeats * FV_SWEEP_SEGMENTS; n++) {
+    for (int n = 0; n < segments; n++) {
         int segment = n % FV_SWEEP_SEGMENTS;
-        double done = (double)n / (repeats * FV_SWEEP_SEGMENTS);
+        double done = (double)n / segments;
         c->io->progress(c->io->context, c->what, c->done_from + (c->done_to - c->done_from) * done);
         fv_loop_restart(&contender->loop);
-        for (int k = FV_SWEEP_FRAMES - timed - warm; k < FV_SWEEP_FRAMES; k++) {
+        contender->loop.frame.number = first; /* however many are timed, the last ones are the same */
+        for (int k = first; k < FV_SWEEP_FRAMES; k++) {
             if (c->io->stopped(c->io->context)) return 1;
             const struct fv_sweep_frame *frame = &c->frame[segment][k];
-            if (k < FV_SWEEP_FRAMES - timed) render(contender, frame, &record);
-            else time_pair(c, contender, frame, &t);
-            if (n < FV_SWEEP_SEGMENTS && k == FV_SWEEP_FRAMES - 2) keep_before(c, contender);
+            int i = k - (FV_SWEEP_FRAMES - timed); /* of the timed ones */
+            bool with_full = i * effort->full / timed != (i - 1) * effort->full / timed || i == 0;
+            if (i < 0) render(contender, frame, &record);
+            else time_frame(c, contender, frame, with_full, &t);
+            if (n >= FV_SWEEP_SEGMENTS || k != FV_SWEEP_FRAMES - 2) continue;
+            struct fv_metrics_picture before = picture_of(c, contender);
+            fv_picture_pack(&before, c->before);
         }
         if (n < FV_SWEEP_SEGMENTS && judge(c, contender, segment, &t, picture, difference, error)) return -1;
     }

@@ -48,10 +48,16 @@ void fv_contest_calibrate(struct fv_contest *contest, double *full, double *judg
  * from that of the full renderer. */
 double fv_contest_guess(struct fv_contest *contest, struct fv_contender *contender, int level, double full);
 
-/* Fills in what is measured of `row`, whose level is set; `repeats` times through the segments with `timed`
- * frames each (1 to FV_SWEEP_TIMED), and writes a picture and its FLIP map. Returns 0; 1: stopped; -1 with
+/* How much of a row is measured. */
+struct fv_contest_effort {
+    int repeats; /* times through all segments */
+    int timed;   /* frames timed in each, 2 to FV_SWEEP_TIMED */
+    int full;    /* how many of those with a full frame beside it, 1 to `timed`; the others take the last one's */
+};
+
+/* Fills in what is measured of `row`, whose level is set, and writes a picture and its FLIP map. Returns 0; 1: stopped; -1 with
  * the error set. */
-int fv_contest_run(struct fv_contest *contest, struct fv_contender *contender, int repeats, int timed,
+int fv_contest_run(struct fv_contest *contest, struct fv_contender *contender, const struct fv_contest_effort *effort,
                    struct fv_measure_row *row, const char *picture, const char *difference, struct fv_error *error);
 
 #endif

@@ -11,12 +11,17 @@
 
 enum { QUALITY = 88 };
 
-/* Row by row as r g b; the caller frees it. */
+void fv_picture_pack(const struct fv_metrics_picture *p, uint8_t *rgb)
+{
+    for (int y = 0; y < p->height; y++)
+        for (int x = 0; x < p->width; x++, rgb += 3) memcpy(rgb, p->pixel + y * p->stride_bytes + x * p->step, 3);
+}
+
+/* The caller frees it. */
 static uint8_t *packed(const struct fv_metrics_picture *p)
 {
-    uint8_t *rgb = malloc((size_t)p->width * (size_t)p->height * 3), *out = rgb;
-    for (int y = 0; rgb && y < p->height; y++)
-        for (int x = 0; x < p->width; x++, out += 3) memcpy(out, p->pixel + y * p->stride_bytes + x * p->step, 3);
+    uint8_t *rgb = malloc((size_t)p->width * (size_t)p->height * 3);
+    if (rgb) fv_picture_pack(p, rgb);
     return rgb;
 }
 

@@ -12,6 +12,9 @@ static const float fv_difference_white = 0.25f;
 int fv_picture_png(const struct fv_metrics_picture *picture, const char *path, struct fv_error *error);
 int fv_picture_jpeg(const struct fv_metrics_picture *picture, const char *path, struct fv_error *error);
 
+/* Its pixels row by row, three bytes each, into `rgb`. */
+void fv_picture_pack(const struct fv_metrics_picture *picture, uint8_t *rgb);
+
 /* A map of values from 0 (black) to `white` and above (white), width * height. */
 int fv_picture_map_jpeg(const float *map, int width, int height, float white, const char *path,
                         struct fv_error *error);

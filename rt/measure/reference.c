@@ -2,7 +2,6 @@
 #include "rt/measure/reference.h"
 
 #include "platform/arena.h"
-#include "platform/clock.h"
 #include "rt/measure/flicker.h"
 #include "rt/measure/picture.h"
 
@@ -84,46 +83,61 @@ static void depth_tile(struct fv_frame *f, const struct fv_tile *tile)
 
 static const struct fv_pass depth_pass = {"depth", 0, FV_BIT(FV_DEPTH), 0, depth_tile};
 
-static void render(struct fv_reference *r, const struct fv_sweep_frame *frame, int spp)
+/* Returns the rays that it took. */
+static double render(struct fv_reference *r, const struct fv_sweep_frame *frame, int spp)
 {
     struct fv_frame_record record;
     r->config.method_spp = spp;
     fv_loop_restart(&r->loop); /* the same random numbers whatever was rendered before */
     fv_loop_frame(&r->loop, &frame->head, frame->gaze, frame->uncertainty_deg, frame->t_ns, &record);
+    double rays = 0;
+    for (int k = 0; k < FV_RAY_KINDS; k++) rays += (double)record.rays[k];
+    return rays;
 }
 
-/* The loop's picture, r g b packed. */
+/* The loop's picture, packed. */
 static void take_picture(struct fv_reference *r, uint8_t *rgb)
 {
     struct fv_frame *f = &r->loop.frame;
-    const uint8_t *from = f->buffer[FV_PICTURE][0];
     fv_pass_run(&fv_pass_present, f, r->workers);
-    for (int y = 0; y < f->height; y++)
-        for (int x = 0; x < f->width; x++, rgb += 3) memcpy(rgb, from + 4 * (y * f->stride + x), 3);
+    fv_picture_pack(&(struct fv_metrics_picture){f->width, f->height, 4, 4 * f->stride, f->buffer[FV_PICTURE][0]}, rgb);
 }
 
 /* Doubles the samples of the first picture until they no longer change it. 1: stopped. */
 static int settle_samples(struct fv_reference *r, const struct fv_sweep_frame *frame, struct fv_metrics *metrics,
-                          double seconds, bool (*stopped)(void *), void *context)
+                          bool (*stopped)(void *), void *context)
 {
     struct fv_reference_segment *s = &r->segment[0];
     struct fv_metrics_picture *half = &s->picture[FV_REFERENCE_BEFORE], *all = &s->picture[FV_REFERENCE_LAST];
     struct fv_errors errors;
-    double left = seconds / (FV_SWEEP_SEGMENTS * FV_REFERENCE_PICTURES);
-    render(r, frame, FV_REFERENCE_SPP_MIN / 4);
+    double rays = render(r, frame, FV_REFERENCE_SPP_MIN / 4) * (FV_SWEEP_SEGMENTS * FV_REFERENCE_PICTURES) / (FV_REFERENCE_SPP_MIN / 4);
     take_picture(r, (uint8_t *)all->pixel);
     for (r->spp = FV_REFERENCE_SPP_MIN / 2;; r->spp *= 2) {
         if (stopped(context)) return 1;
-        int64_t start_ns = fv_clock_now_ns(&fv_clock_monotonic);
         memcpy((uint8_t *)half->pixel, all->pixel, (size_t)(all->stride_bytes * all->height));
         render(r, frame, r->spp);
         take_picture(r, (uint8_t *)all->pixel);
-        double took = (double)(fv_clock_now_ns(&fv_clock_monotonic) - start_ns) * 1e-9;
         fv_metrics_compare(metrics, r->workers, all, half, s->zone, &errors);
         r->agreement_db = fmin(errors.psnr[FV_ZONE_ALL], 99);
         bool settled = r->agreement_db >= FV_REFERENCE_DB && r->spp >= FV_REFERENCE_SPP_MIN;
-        if (settled || 2 * r->spp > FV_REFERENCE_SPP_MAX || 2 * took > left) return 0;
+        if (settled || 2 * r->spp > FV_REFERENCE_SPP_MAX || 2 * r->spp * rays > FV_REFERENCE_RAYS) return 0;
     }
+}
+
+static void picture_path(char *path, size_t size, const char *folder, int segment, int which)
+{
+    snprintf(path, size, "%s/%d-%s.png", folder, segment + 1, which == FV_REFERENCE_LAST ? "last" : "before");
+}
+
+/* Pictures that nothing says the key of. */
+static void forget_pictures(const char *folder)
+{
+    char path[FV_PATH_MAX + 48];
+    for (int s = 0; s < FV_SWEEP_SEGMENTS; s++)
+        for (int i = 0; i < FV_REFERENCE_PICTURES; i++) {
+            picture_path(path, sizeof path, folder, s, i);
+            remove(path);
+        }
 }
 
 static int load_or_render(struct fv_reference *r, const char *folder, int segment, int which,
@@ -131,7 +145,7 @@ static int load_or_render(struct fv_reference *r, const char *folder, int segmen
 {
     struct fv_metrics_picture *picture = &r->segment[segment].picture[which];
     char path[FV_PATH_MAX + 48];
-    snprintf(path, sizeof path, "%s/%d-%s.png", folder, segment + 1, which == FV_REFERENCE_LAST ? "last" : "before");
+    picture_path(path, sizeof path, folder, segment, which);
     if (fv_file_exists(path))
         return fv_picture_read(path, picture->width, picture->height, (uint8_t *)picture->pixel, error);
     render(r, frame, r->spp);
@@ -160,7 +174,7 @@ static void measure_segment(struct fv_reference *r, int segment, const struct fv
 
 int fv_reference_make(struct fv_reference *r, const char *folder, const char *key,
                       const struct fv_sweep_frame (*frames)[FV_REFERENCE_PICTURES], struct fv_metrics *metrics,
-                      double seconds, bool (*stopped)(void *context),
+                      bool (*stopped)(void *context),
                       void (*progress)(void *context, const char *what, double done), void *context,
                       struct fv_error *error)
 {
@@ -170,7 +184,8 @@ int fv_reference_make(struct fv_reference *r, const char *folder, const char *ke
     if (state < 0) return -1;
     if (state == 0) {
         progress(context, "how many samples the reference needs", 0);
-        if (settle_samples(r, &frames[0][FV_REFERENCE_LAST], metrics, seconds, stopped, context)) return 1;
+        if (settle_samples(r, &frames[0][FV_REFERENCE_LAST], metrics, stopped, context)) return 1;
+        forget_pictures(folder);
         if (write_about(r, folder, key, error)) return -1;
     }
     for (int s = 0; s < FV_SWEEP_SEGMENTS; s++) {

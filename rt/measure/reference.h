@@ -2,14 +2,16 @@
  * each segment at many samples a pixel, with exact depth, and each pixel's zone of eccentricity.
  *
  * Rendered once, with FV_REFERENCE_SPP_MIN samples, doubled until half of them agree with all to
- * FV_REFERENCE_DB (or fewer, half of that at least, where time is short), and kept as PNG in a folder with a file that says of what they are. */
+ * FV_REFERENCE_DB (so that all of them are some 6 dB better), but with no more than FV_REFERENCE_RAYS (half the
+ * least samples, if need be): not by the clock, so that machines that share a sweep judge alike. Kept as PNG in a folder with a file that says of what they are. */
 #ifndef FV_MEASURE_REFERENCE_H
 #define FV_MEASURE_REFERENCE_H
 
 #include "rt/frame/loop.h"
 #include "rt/measure/metrics.h"
 
-enum { FV_SWEEP_SEGMENTS = 5, FV_REFERENCE_SPP_MIN = 64, FV_REFERENCE_SPP_MAX = 256, FV_REFERENCE_DB = 50 };
+enum { FV_SWEEP_SEGMENTS = 5, FV_REFERENCE_SPP_MIN = 64, FV_REFERENCE_SPP_MAX = 256, FV_REFERENCE_DB = 45 };
+#define FV_REFERENCE_RAYS 4e9 /* of the whole reference: two minutes or three on two cores */
 
 /* What a frame is latched from. */
 struct fv_sweep_frame {
@@ -46,11 +48,10 @@ void fv_reference_open(struct fv_reference *reference, const struct fv_config *c
 /* -1 with the error set where the folder (which need not be there) holds references of another `key`. */
 int fv_reference_check(const char *folder, const char *key, struct fv_error *error);
 
-/* Renders or loads all segments: frames[segment][FV_REFERENCE_PICTURES]. `seconds`: what it may take, about.
- * `stopped` and `progress` as in struct fv_sweep_io. Returns 0; 1: stopped; -1 with the error set. */
+/* Renders or loads all segments: frames[segment][FV_REFERENCE_PICTURES]. `stopped` and `progress` as in struct fv_sweep_io. Returns 0; 1: stopped; -1 with the error set. */
 int fv_reference_make(struct fv_reference *reference, const char *folder, const char *key,
                       const struct fv_sweep_frame (*frames)[FV_REFERENCE_PICTURES], struct fv_metrics *metrics,
-                      double seconds, bool (*stopped)(void *context),
+                      bool (*stopped)(void *context),
                       void (*progress)(void *context, const char *what, double done), void *context,
                       struct fv_error *error);
 

@@ -18,7 +18,7 @@ struct fv_measure_row {
     char scene[64], method[32];
     int level;
     char parameters[128];              /* "r0=10 r1=20 p_min=0.05" */
-    char about[320];                   /* machine, display and reference: the same in all rows of a sweep */
+    char about[320];                   /* machine, display and reference: the same in all rows that one run measured */
     char key[32];                      /* fingerprint of everything that rows of one sweep share */
     double period_ms;                  /* of the display */
     int frames, pictures;              /* timed frames; judged pictures */
@@ -28,7 +28,8 @@ struct fv_measure_row {
     struct fv_measured speedup;        /* median of full / this at the same pose, quartiles */
     double rays, sampled_fraction;     /* means a frame */
     struct fv_measured psnr[FV_ZONES]; /* of the mean squared error of all judged pictures; worst and best one */
-    struct fv_measured rmse[FV_ZONES], ssim[FV_ZONES], flip[FV_ZONES]; /* mean; smallest and largest */
+    struct fv_measured rmse[FV_ZONES]; /* root of the mean square of all; smallest and largest picture's */
+    struct fv_measured ssim[FV_ZONES], flip[FV_ZONES]; /* mean; smallest and largest */
     struct fv_measured flicker;        /* above the reference's: mean; smallest and largest */
 };
 

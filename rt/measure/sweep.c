@@ -16,7 +16,7 @@ enum { METHODS_MAX = 8, MANY_SECONDS = 30 };
 struct place {
     int method, level; /* method: index of the contenders */
     bool there;        /* measured before */
-    int repeats, timed; /* times through the segments, timed frames of each */
+    struct fv_contest_effort effort;
     double frame_seconds, seconds; /* of a frame, of the row, guessed */
 };
 
@@ -33,7 +33,8 @@ struct fv_sweep {
     struct fv_contender contender[METHODS_MAX];
     struct fv_reference reference;
     struct fv_contest contest;
-    int rows, others;
+    int rows, left_out;
+    bool asked; /* for one level: it is not left out */
     struct place place[FV_ROWS_MAX];
     double done_seconds, all_seconds; /* of the rows, guessed */
 };
@@ -66,8 +67,7 @@ static int choose_rows(struct fv_sweep *s, const struct fv_sweep_choice *choice,
         for (int level = 0; level < method->measured; level++) {
             bool mine = wanted && (choice->level < 0 || choice->level == level);
             if (mine) mine = all++ % choice->shards == choice->shard;
-            if (!mine) s->others++;
-            else s->place[s->rows++] = (struct place){.method = m, .level = level};
+            if (mine) s->place[s->rows++] = (struct place){.method = m, .level = level};
         }
     }
     if (all == 0 && choice->level >= 0)
@@ -99,7 +99,7 @@ static int read_row(const struct fv_sweep *s, int n, struct fv_measure_row *row,
     return fv_error_set(error, "%s: of another scene, version or other settings; remove it or give another --out", path);
 }
 
-static int check_rows(struct fv_sweep *s, struct fv_error *error)
+static int find_rows(struct fv_sweep *s, struct fv_error *error)
 {
     struct fv_measure_row row;
     for (int i = 0; i < s->rows; i++) {
@@ -118,11 +118,13 @@ int fv_sweep_open(struct fv_sweep **sweep, const struct fv_config *config, const
     char folder[FV_PATH_MAX + 16];
     s->config = *config;
     snprintf(s->config.display_sink, sizeof s->config.display_sink, "png");
+    snprintf(s->config.output_overlay, sizeof s->config.output_overlay, "off"); /* pictures are judged */
     s->config.method_spp = 1;
     s->tracer = tracer;
     s->workers = workers;
     s->io = *io;
     s->seconds = choice->seconds;
+    s->asked = choice->level >= 0;
     s->start_ns = fv_clock_now_ns(&fv_clock_monotonic);
     snprintf(s->out, sizeof s->out, "%s", out);
     plain_name(s->scene, sizeof s->scene, tracer->data->name);
@@ -130,9 +132,10 @@ int fv_sweep_open(struct fv_sweep **sweep, const struct fv_config *config, const
         fv_contender_plan(&s->contender[s->methods++], fv_method_at(n), &s->config, tracer);
     if (choose_rows(s, choice, error)) return -1;
     latch_frames(s);
-    fv_sweep_key(s->key, sizeof s->key, &s->config, tracer->data, s->contest.frame);
+    fv_sweep_fingerprint(s->key, sizeof s->key, &s->config, tracer->data, s->contest.frame);
+    if (strlen(out) > FV_PATH_MAX - 200) return fv_error_set(error, "--out %.60s...: too long", out);
     snprintf(folder, sizeof folder, "%s/reference", out);
-    if (fv_reference_check(folder, s->key, error) || check_rows(s, error)) return -1;
+    if (fv_reference_check(folder, s->key, error) || find_rows(s, error)) return -1;
     fv_reference_open(&s->reference, &s->config, tracer, workers);
     fv_contest_open(&s->contest, &s->reference, &s->config, tracer, workers, &s->io);
     for (int i = 0; i < s->rows; i++)
@@ -145,37 +148,68 @@ int fv_sweep_rows(const struct fv_sweep *s)
     return s->rows;
 }
 
-int fv_sweep_others(const struct fv_sweep *s)
+int fv_sweep_left_out(const struct fv_sweep *s)
 {
-    return s->others;
+    return s->left_out;
 }
 
-/* Frames of each row, so that all together keep the time: `most` seconds a row, the same for all. */
+const char *fv_sweep_scene(const struct fv_sweep *s)
+{
+    return s->scene;
+}
+
+const char *fv_sweep_key(const struct fv_sweep *s)
+{
+    return s->key;
+}
+
+/* What a row can do in `most` seconds: first frames of its own, then full frames beside them. */
+static void plan_row(const struct fv_sweep *s, struct place *p, double most, double judging)
+{
+    struct fv_contest_effort *e = &p->effort;
+    bool history = s->contender[p->method].plan.history;
+    double own = FV_SWEEP_SEGMENTS * p->frame_seconds, full = FV_SWEEP_SEGMENTS * s->full_seconds;
+    e->timed = history ? FV_SWEEP_TIMED : (int)fmin(fmax((most - judging - full) / own, 2), FV_SWEEP_TIMED);
+    own *= history ? FV_SWEEP_FRAMES : e->timed;
+    e->full = (int)fmin(fmax((most - judging - own) / full, 1), e->timed);
+    /* More than once only where there is more than usual time. */
+    double repeats = s->seconds > FV_SWEEP_SECONDS ? (most - judging) / (own + e->full * full) : 1;
+    e->repeats = (int)fmin(fmax(repeats, 1), FV_SWEEP_REPEATS_MAX);
+    p->seconds = judging + e->repeats * (own + e->full * full);
+}
+
+/* Seconds of all rows where each may take `most`. */
 static double share_out(struct fv_sweep *s, double most, double judging)
 {
     double all = 0;
-    for (int i = 0; i < s->rows; i++) {
-        struct place *p = &s->place[i];
-        const struct fv_plan *plan = &s->contender[p->method].plan;
-        double frame = p->frame_seconds, pair = frame + s->full_seconds;
+    for (struct place *p = s->place; p < s->place + s->rows; p++) {
         if (p->there) continue;
-        double warm = plan->history ? FV_SWEEP_SEGMENTS * FV_SWEEP_WARM * frame : 0;
-        double frames = (most - judging - warm) / pair / FV_SWEEP_SEGMENTS;
-        p->timed = (int)fmin(fmax(frames, 1), FV_SWEEP_TIMED);
-        if (p->timed == 1 && !plan->history) warm = FV_SWEEP_SEGMENTS * frame; /* flicker wants two */
-        /* More than a usual row only where there is more than usual time. */
-        double repeats = s->seconds > FV_SWEEP_SECONDS ? frames / (FV_SWEEP_TIMED + (plan->history ? FV_SWEEP_WARM : 0)) : 1;
-        p->repeats = (int)fmin(fmax(repeats, 1), FV_SWEEP_REPEATS_MAX);
-        p->seconds = judging + p->repeats * (warm + FV_SWEEP_SEGMENTS * p->timed * pair);
+        plan_row(s, p, most, judging);
         all += p->seconds;
     }
     return all;
+}
+
+/* Rows of many full frames each, which would take more than their part even with the fewest, are left out unless
+ * they were asked for. */
+static void leave_out(struct fv_sweep *s, double judging)
+{
+    int kept = 0;
+    share_out(s, 0, judging);
+    for (int i = 0; i < s->rows; i++) {
+        const struct place *p = &s->place[i];
+        bool dear = p->frame_seconds > 4.5 * s->full_seconds && p->seconds > s->seconds / 8;
+        if (dear && !p->there) s->left_out++;
+        else s->place[kept++] = *p;
+    }
+    s->rows = kept;
 }
 
 static void plan_time(struct fv_sweep *s, double judging)
 {
     for (struct place *p = s->place; p < s->place + s->rows; p++)
         if (!p->there) p->frame_seconds = fv_contest_guess(&s->contest, &s->contender[p->method], p->level, s->full_seconds);
+    if (!s->asked) leave_out(s, judging);
     double spent = (double)(fv_clock_now_ns(&fv_clock_monotonic) - s->start_ns) * 1e-9;
     double left = fmax(s->seconds - spent, 0), low = 0, high = s->seconds;
     for (int i = 0; i < 40; i++) {
@@ -208,8 +242,8 @@ int fv_sweep_prepare(struct fv_sweep *s, struct fv_error *error)
     snprintf(path, sizeof path, "%s/pictures", s->out);
     if (fv_folder_make(path, error)) return -1;
     snprintf(path, sizeof path, "%s/reference", s->out);
-    int state = fv_reference_make(&s->reference, path, s->key, frames, s->contest.metrics, s->seconds / 5, s->io.stopped,
-                                  s->io.progress, s->io.context, error);
+    int state = fv_reference_make(&s->reference, path, s->key, frames, s->contest.metrics, s->io.stopped, s->io.progress,
+                                  s->io.context, error);
     if (state) return state;
     snprintf(path, sizeof path, "%s/pictures/%s-reference.jpg", s->out, s->scene);
     if (fv_picture_jpeg(&s->reference.segment[FV_CONTEST_SHOWN].picture[FV_REFERENCE_LAST], path, error)) return -1;
@@ -242,7 +276,7 @@ int fv_sweep_row(struct fv_sweep *s, int n, struct fv_measure_row *row, bool *me
     s->contest.what = what;
     s->contest.done_from = done_from;
     s->contest.done_to = s->all_seconds > 0 ? s->done_seconds / s->all_seconds : 1;
-    int state = fv_contest_run(&s->contest, contender, p->repeats, p->timed, row, picture, difference, error);
+    int state = fv_contest_run(&s->contest, contender, &p->effort, row, picture, difference, error);
     if (state) return state;
     *measured = true;
     return fv_row_write(row, path, error);

@@ -2,7 +2,7 @@
  *
  * The viewer's path is seen at FV_SWEEP_SEGMENTS places, FV_SWEEP_FRAMES frames at each, at the
  * display's rate. A row (a method at a level) runs through each segment's frames; the last ones are
- * timed, each of them followed or preceded by the full renderer at the same pose, so that speed-ups
+ * timed, all or some of them with the full renderer before or after at the same pose, so that speed-ups
  * are ratios of one moment. The left eye's last picture of each segment is judged against the
  * reference (reference.h), the last two together for flicker. Times are of all eyes.
  *
@@ -43,9 +43,13 @@ int fv_sweep_open(struct fv_sweep **sweep, const struct fv_config *config, const
                   struct fv_workers *workers, const struct fv_sweep_io *io, const struct fv_sweep_choice *choice,
                   const char *out, struct fv_error *error);
 
-/* Rows of this choice, and those that it leaves to other shards, methods or levels. */
+/* Rows of this choice, fewer once it is prepared: those left out would take too long for the time given. */
+int fv_sweep_left_out(const struct fv_sweep *sweep);
+
+/* Rows of this choice; the scene's name as it stands in rows, and the key that they have. */
 int fv_sweep_rows(const struct fv_sweep *sweep);
-int fv_sweep_others(const struct fv_sweep *sweep);
+const char *fv_sweep_scene(const struct fv_sweep *sweep);
+const char *fv_sweep_key(const struct fv_sweep *sweep);
 
 /* Makes or loads the reference, and shares the time out among the rows. Returns 0; 1: stopped; -1 with
  * the error set. */

@@ -95,7 +95,7 @@ static void page_holds_its_parts(void **unused)
         front += fv_row_is_pareto(row, report.rows, i, FV_ZONE_FOVEA) +
                  fv_row_is_pareto(row, report.rows, i, FV_ZONE_ALL);
     assert_int_equal(markup_count(text, "class=\"ring\""), front + 1);
-    assert_null(strstr(text, "missing"));
+    assert_null(strstr(text, "not here"));
     assert_null(strstr(text, "<img"));
     assert_int_equal(markup_count(text, "<tr class=\"group\""), 4);
     free(text);
@@ -136,7 +136,7 @@ static void scenes_have_sections_each(void **unused)
     assert_int_equal(markup_count(text, "<h2>Other numerics</h2>"), 1);
     assert_has(text, "<h1>Error against run time</h1>");
     assert_has(text, ">hall &#38; &#34;co&#34;</a>");
-    assert_has(text, "1 row of the sweep is missing.");
+    assert_has(text, "1 row of the whole sweep is not here");
     assert_has(text, "curve c5"); /* the method that has no place of its own */
     free(text);
 }
@@ -229,9 +229,9 @@ static void few_or_many_rows(void **unused)
         report.period_ms = NAN;
         char *text = write_page();
         assert_int_equal(markup_count(text, "<g class=\"point"), 10);
-        assert_has(text, "31 rows of the sweep are missing");
+        assert_has(text, "31 rows of the whole sweep are not here");
         assert_has(text,
-                   from ? "Plain rendering (full) is not among the rows" : "Only plain rendering (full)");
+                   from ? "Plain rendering (full at level 0) is not among the rows" : "Only plain rendering (full)");
         assert_null(strstr(text, "Other numerics"));
         free(text);
     }
