@@ -128,6 +128,7 @@ void fv_loop_restart(struct fv_loop *loop)
 {
     loop->frame.number = 0;
     loop->frame.has_history = false;
+    loop->head = (struct fv_pose){.rotation = {1, 0, 0, 0}};
 }
 
 void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t frames)

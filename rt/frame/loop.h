@@ -52,7 +52,8 @@ void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const doubl
 void fv_loop_view(const struct fv_loop *loop, int e, const struct fv_pose *head, const double gaze[3],
                   struct fv_view *view);
 
-/* Forgets the frames before: the next one is the first, at the same blue noise as any first one. */
+/* Forgets the frames before and their heads: the next one is the first, at the same blue noise as any first
+ * one. */
 void fv_loop_restart(struct fv_loop *loop);
 
 #endif

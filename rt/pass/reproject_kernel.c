@@ -11,7 +11,10 @@
 #define reproject FV_ISA_NAME(fv_reproject)
 void reproject(struct fv_reproject_tile *tile);
 
-enum { PREFETCH_ROWS = 4 };
+enum {
+    PREFETCH_ROWS = 4,
+    NODES = FV_TILE / 4 + 2 /* along a tile, where they are densest, and one beyond each end */
+};
 
 /* Support nodes' inverse depths, spread over a row of the tile's pixels. `farthest` is FV_DEPTH_UNKNOWN where
  * one of the four nodes is; for w that counts as sky. */
@@ -38,26 +41,30 @@ static inline float larger(float a, float b)
     return a > b ? a : b;
 }
 
-/* A node's inverse depth; anything else than one is unknown. */
-static inline float node(const float *row, int i)
+/* The inverse depths of the tile's nodes and those around it; anything else than one is unknown. Beyond the
+ * picture those at its border are repeated. */
+static void take_nodes(const struct fv_reproject_tile *t, float nodes[NODES][NODES])
 {
-    return row[i] >= 0 && row[i] <= FV_INVERSE_DEPTH_MAX ? row[i] : FV_DEPTH_UNKNOWN;
+    int along = FV_TILE / t->spacing + 2, x0 = t->x0 / t->spacing - 1, y0 = t->y0 / t->spacing - 1;
+    for (int y = 0; y < along; y++) {
+        const float *row = t->support_depth + clamp_node(y0 + y, t->nodes_y) * t->support_stride;
+        for (int x = 0; x < along; x++) {
+            float w = row[clamp_node(x0 + x, t->nodes_x)];
+            nodes[y][x] = w >= 0 && w <= FV_INVERSE_DEPTH_MAX ? w : FV_DEPTH_UNKNOWN;
+        }
+    }
 }
 
-/* The row of pixels at height y (picture coordinates of its centre). */
-static void spread(const struct fv_reproject_tile *t, float y, struct row *row)
+/* The tile's row y of pixels. */
+static void spread(const struct fv_reproject_tile *t, const float nodes[NODES][NODES], int y, struct row *row)
 {
     float across = 1.0f / (float)t->spacing;
-    float sy = y * across - 0.5f;
-    int j = (int)__builtin_floorf(sy);
-    float fy = sy - (float)j;
-    const float *above = t->support_depth + clamp_node(j, t->nodes_y) * t->support_stride;
-    const float *below = t->support_depth + clamp_node(j + 1, t->nodes_y) * t->support_stride;
-    int half = t->spacing / 2, first = t->x0 / t->spacing - 1;
+    int half = t->spacing / 2, j = (y + half) / t->spacing;
+    float fy = ((float)(y + half - j * t->spacing) + 0.5f) * across;
+    const float *above = nodes[j], *below = nodes[j + 1];
     /* Runs of pixels that lie between the same two nodes: half a cell, whole ones, half a cell. */
-    for (int x = 0, run = half; x < FV_TILE; x += run, first++, run = t->spacing) {
-        int a = clamp_node(first, t->nodes_x), b = clamp_node(first + 1, t->nodes_x);
-        float w00 = node(above, a), w10 = node(above, b), w01 = node(below, a), w11 = node(below, b);
+    for (int x = 0, run = half, i0 = 0; x < FV_TILE; x += run, i0++, run = t->spacing) {
+        float w00 = above[i0], w10 = above[i0 + 1], w01 = below[i0], w11 = below[i0 + 1];
         float high = larger(larger(w00, w01), larger(w10, w11));
         float low = -larger(larger(-w00, -w01), larger(-w10, -w11));
         w00 = larger(w00, 0), w10 = larger(w10, 0), w01 = larger(w01, 0), w11 = larger(w11, 0);
@@ -187,15 +194,17 @@ static inline unsigned step(const struct fv_reproject_tile *t, const struct row 
 void reproject(struct fv_reproject_tile *t)
 {
     struct row row;
+    float nodes[NODES][NODES];
     int missing[FV_BLOCKS] = {0};
     /* Pixels of the tile beyond the picture's edge miss nothing. */
     uint32_t columns = t->width - t->x0 >= FV_TILE ? ~0u : (1u << (t->width - t->x0)) - 1;
     t->failed = t->edges = 0;
+    take_nodes(t, nodes);
     for (int y = 0; y < FV_TILE; y++) {
         float py = (float)(t->y0 + y) + 0.5f;
         int64_t out = (int64_t)(t->y0 + y) * t->stride + t->x0;
         uint32_t filled = 0, edge = 0, inside = t->y0 + y < t->height ? columns : 0;
-        spread(t, py, &row);
+        spread(t, nodes, y, &row);
         for (int x = 0; x < FV_TILE; x += FV_WIDTH) {
             unsigned edge_lanes;
             filled |= step(t, &row, x, py, out + x, &edge_lanes) << x;

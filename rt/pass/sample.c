@@ -21,7 +21,7 @@ static bool foveal(const struct fv_frame *f, const struct fv_tile *tile, int blo
     return fv_tile_eccentricity_deg(f, tile, block) <= f->parameters.foveal.r0_deg + margin_deg;
 }
 
-/* `whole`: what stands there is no history. A sample of unknown depth differs from any depth: it replaces. */
+/* `whole`: what stands there is no history. A sample of unknown depth leaves what was reprojected as it is. */
 static void merge_block(struct fv_frame *f, const struct fv_tile *tile, int block, const uint32_t *pixel,
                         const float *depth, bool whole)
 {
@@ -32,6 +32,7 @@ static void merge_block(struct fv_frame *f, const struct fv_tile *tile, int bloc
         uint32_t *out = (uint32_t *)f->buffer[FV_COLOUR][tile->eye] + at;
         float *out_depth = (float *)f->buffer[FV_DEPTH][tile->eye] + at;
         for (int x = 0; x < FV_BLOCK; x++, pixel++, depth++) {
+            if (*depth < 0 && !whole && !(out[x] & FV_PIXEL_FILLED)) continue;
             float larger = *depth > out_depth[x] ? *depth : out_depth[x];
             float difference = *depth > out_depth[x] ? *depth - out_depth[x] : out_depth[x] - *depth;
             bool fresh = replace || (out[x] & FV_PIXEL_FILLED) || difference > f->epsilon_depth * larger;

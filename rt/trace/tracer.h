@@ -14,8 +14,9 @@ enum { FV_SAMPLES_MAX = 1024 };
 
 /* What leaves the tracer: radiances in [0, FV_RADIANCE_MAX], so that means of many are finite, and inverse
  * depths in [0, FV_INVERSE_DEPTH_MAX]. A sample that came out otherwise (a scene whose numbers overflow) is
- * black and of the inverse depth FV_DEPTH_UNKNOWN: it is not blended with anything, and what stands in its
- * place is no history for the next frame. */
+ * black and of the inverse depth FV_DEPTH_UNKNOWN. It is not blended with anything: where history was
+ * reprojected, that stays; elsewhere the black pixel stands for one frame and is no history for the next,
+ * but for a part in the bilinear colours of those beside it. */
 #define FV_RADIANCE_MAX 1e30f
 #define FV_INVERSE_DEPTH_MAX 1e6f
 #define FV_DEPTH_UNKNOWN (-1.0f)

@@ -231,8 +231,7 @@ static void one_odd_value(void **state)
                         for (int i = 0; i < WIDTH; i++) {
                             int n = j * STRIDE + i;
                             bool same = b.colour[n] == clean.colour[n] && b.depth[n] == clean.depth[n];
-                            /* The border's nodes stand for all that lies beyond them. */
-                            bool far = abs(i - x) > reach && abs(j - y) > reach;
+                            bool far = abs(i - x) > reach || abs(j - y) > reach;
                             if (far && !same)
                                 fail_msg("%s %08x at %d %d shows at %d %d", what ? "pixel" : "node",
                                          odd_bits[k], x, y, i, j);
