@@ -1,8 +1,9 @@
 /* predict: where head and gaze will be some milliseconds after their newest samples: pure functions of
  * a short history, each a row of a const table; `foveola measure` shows their error against the horizon.
  *
- * A history is oldest first; only its last 64 samples are looked at. Samples that are not good (tape.h)
- * or not later than the one before are passed over. A time before the newest sample counts as its own,
+ * A history is in the order of arrival; only its last 64 samples are looked at, from the last one back.
+ * Those that are not good (tape.h) are passed over; the last good one is the newest, and of those before it
+ * each counts that is earlier than all that have counted. A time before the newest sample counts as its own,
  * one more than FV_PREDICT_MAX_NS after it as just that. Where the samples give no velocity (one alone,
  * gaps, faster than a head or an eye) the newest sample is held. The result is always good. */
 #ifndef FV_SENSORS_PREDICT_H

@@ -42,7 +42,7 @@ void fv_view_set(struct fv_view *view, const struct fv_lens *lens, const struct 
     scaled(pose, step_x, 0, 0, view->dx);
     scaled(pose, 0, -step_y, 0, view->dy);
     scaled(pose, g[0], g[1], g[2], view->gaze);
-    if (!fv_lens_project(lens, g, pixel)) pixel[0] = pixel[1] = -1e6;
+    if (!fv_lens_project(lens, g, pixel)) pixel[0] = copysign(1e6, g[0]), pixel[1] = copysign(1e6, -g[1]);
     for (int i = 0; i < 2; i++) view->gaze_px[i] = (float)fmax(-1e6, fmin(1e6, pixel[i]));
 }
 

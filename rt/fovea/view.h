@@ -24,7 +24,7 @@ struct fv_view {
     float pixel_size;                /* a pixel's size at depth 1: mean of width and height */
     float pixel_deg;                 /* its longer side at the picture's centre, degrees: it is nowhere wider */
     float gaze[3];                   /* unit, world */
-    float gaze_px[2];                /* where the gaze meets the picture; far outside where it does not */
+    float gaze_px[2];                /* where the gaze meets the picture; 1e6 to its side where it does not */
     struct fv_pose pose;             /* of the eye */
     struct fv_lens lens;
 };
@@ -36,7 +36,7 @@ struct fv_map {
     float m[3][3], t[3];
 };
 
-/* `pose`: of the eye, finite and of unit rotation: settings and sensors let no other in. `gaze`: unit vector in
+/* `pose`: of the eye, sound (fv_pose_sound): the loop lets no other in. `gaze`: unit vector in
  * the eye's frame (x right, y up, -z ahead); one that is not finite or points backwards counts as straight
  * ahead. */
 void fv_view_set(struct fv_view *view, const struct fv_lens *lens, const struct fv_pose *pose,

@@ -22,6 +22,7 @@ void fv_plan_add(struct fv_plan *p, const char *kind, const char *what, bool kep
                  const char *reason, ...)
 {
     assert(p->rows < FV_PLAN_ROWS_MAX);
+    if (p->rows == FV_PLAN_ROWS_MAX) return;
     struct fv_plan_row *r = &p->row[p->rows++];
     va_list arguments;
     va_start(arguments, reason);

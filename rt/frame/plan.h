@@ -30,7 +30,7 @@ void fv_plan_make(struct fv_plan *plan, const struct fv_method *method, const st
 /* Picture and tile sizes of the settings. */
 void fv_frame_size(struct fv_frame *frame, const struct fv_config *config);
 
-/* One more row, for what rt does not know: what the caller keeps or leaves out. */
+/* One more row, for what rt does not know: what the caller keeps or leaves out. At most FV_PLAN_ROWS_MAX. */
 void fv_plan_add(struct fv_plan *plan, const char *kind, const char *what, bool kept, int64_t bytes,
                  const char *reason, ...) __attribute__((format(printf, 6, 7)));
 

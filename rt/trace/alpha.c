@@ -13,10 +13,11 @@ static int level_of(const struct fv_texture *t, float texels)
     return level < t->levels ? level : t->levels - 1;
 }
 
-/* Index of a coordinate in a row of `size` (a power of two) texels; any finite coordinate. */
+/* Index of a coordinate in a row of `size` (a power of two) texels; 0 where the coordinate is not finite. */
 static int wrap(float coordinate, int size)
 {
     float f = coordinate - floorf(coordinate);
+    if (!(f >= 0)) return 0;
     return (int)(f * (float)size) & (size - 1);
 }
 

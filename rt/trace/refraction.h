@@ -9,7 +9,7 @@
 
 struct refraction {
     vf reflectance; /* of unpolarised light, [0, 1]; 1 where all is reflected */
-    vi through;     /* mask: something goes through */
+    vi through;     /* mask: something goes through; never where d is no number */
     vf3 beyond;     /* unit: where that goes */
 };
 
@@ -26,11 +26,11 @@ static inline struct refraction refract(vf3 d, vf3 normal, vf ior, vi outside)
     vf one = vf_of(1), here = vf_select(outside, one, ior);
     vf step = (ior - 1.0f) * (ior + 1.0f);
     step = vf_select(outside, step, -step); /* n2^2 - n1^2 */
-    vf c = vf_clamp(-vf_dot(d, normal), 1e-7f, 1), q = here * c, squared = step + q * q;
+    vf down = -vf_dot(d, normal), c = vf_clamp(down, 1e-7f, 1), q = here * c, squared = step + q * q;
     vf b = vf_sqrt(vf_max(squared, vf_of(0))), sum = q + b;
     vf along = c * b, across = here * ((1.0f - c) * (1.0f + c));
     vf rs = step / (sum * sum), turn = (along - across) / (along + across);
-    r.through = squared > 0.0f;
+    r.through = (squared > 0.0f) & (down == down);
     r.reflectance = vf_select(r.through, vf_min(0.5f * rs * rs * (1.0f + turn * turn), one), one);
     vf3 beyond = vf3_sub(vf3_scale(d, here), vf3_scale(normal, step / sum));
     r.beyond = vf3_normalise(beyond, d);

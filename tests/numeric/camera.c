@@ -136,6 +136,7 @@ static void gazes(void **state)
         {{0, 0, -1}, true},         {{0.6, 0, -0.8}, true},     {{0, 0, 1}, false},
         {{0.6, 0, 0.8}, false},     {{1, 0, 0}, false},         {{0, 1, -0.0}, false},
         {{1, 0, -1e-7}, true},      {{0, -1, -1e-12}, true},    {{1, 0, -1e-300}, true},
+        {{-1, 0, -1e-7}, true},     {{0.6, 0.8, -1e-8}, true},  {{-0.8, 0.6, -1e-9}, true},
         {{0, 0, 0}, false},         {{0, 0, -5e-324}, false},   {{1e-200, 0, -1e-200}, false},
         {{2e-6, 0, -5e-7}, true},   {{3e5, 0, -4e5}, true},     {{1e200, 0, -1}, false},
         {{0, 0, -DBL_MAX}, false},  {{NAN, 0, -1}, false},      {{0, NAN, -1}, false},
@@ -164,7 +165,11 @@ static void gazes(void **state)
                 (double)((l.tan_up + gaze[1] / gaze[2]) * l.height / ((long double)l.tan_up + l.tan_down));
             bool sideways = -gaze[2] / length<1.5e-6L, far = fabs(across)> 9e5 || fabs(down) > 9e5;
             for (int i = 0; i < 2; i++) assert_true(fabsf(view.gaze_px[i]) <= 1e6f);
-            if (sideways || far) assert_true(fabsf(view.gaze_px[0]) > 5e5f || fabsf(view.gaze_px[1]) > 5e5f);
+            if (sideways || far) {
+                assert_true(fabsf(view.gaze_px[0]) > 5e5f || fabsf(view.gaze_px[1]) > 5e5f);
+                if (fabs(across) > 5e5) assert_true(across * (double)view.gaze_px[0] > 0);
+                if (fabs(down) > 5e5) assert_true(down * (double)view.gaze_px[1] > 0);
+            }
             else if (!(fabs(view.gaze_px[0] - across) < 1e-6 * (2000 + fabs(across)) &&
                        fabs(view.gaze_px[1] - down) < 1e-6 * (2000 + fabs(down))))
                 fail_msg("lens %u, gaze %u: pixel %g %g, not %g %g", k, g, (double)view.gaze_px[0],

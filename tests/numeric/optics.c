@@ -122,7 +122,8 @@ static void fresnel_and_snell(void **state)
     }
 }
 
-/* Hostile directions and indices: whatever comes in, the reflectance is a number in [0, 1]. */
+/* Hostile directions and indices: whatever comes in, the reflectance is a number in [0, 1]; nothing goes
+ * through for a direction that is none, and what does for one of finite length is a unit direction. */
 static void fresnel_of_anything(void **state)
 {
     (void)state;
@@ -142,7 +143,18 @@ static void fresnel_of_anything(void **state)
     FOR_EACH_ISA
     {
         run(isa, PROBE_REFRACT, NULL);
-        for (int i = 0; i < rows; i++) assert_true(out[0][i] >= 0 && out[0][i] <= 1);
+        for (int i = 0; i < rows; i++) {
+            assert_true(out[0][i] >= 0 && out[0][i] <= 1);
+            bool none = isnan(in[0][i]) || isnan(in[1][i]);
+            if (none) assert_true(out[1][i] == 0);
+            float x = in[0][i], y = in[1][i], squared = x * x + y * y;
+            float bx = out[2][i], by = out[3][i], bz = out[4][i];
+            if (out[1][i] == 0 || !(squared > 1e-36f && squared < 1e36f)) continue;
+            if (!(fabsf(bx * bx + by * by + bz * bz - 1) < 1e-5f))
+                fail_msg("%s: %g %g, index %g, outside %g goes on to %g %g %g",
+                         fv_cpu_isa_name((enum fv_isa)isa), (double)x, (double)y, (double)in[3][i],
+                         (double)in[4][i], (double)bx, (double)by, (double)bz);
+        }
     }
 }
 

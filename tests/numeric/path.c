@@ -7,17 +7,18 @@
 #include <float.h>
 #include <stdbool.h>
 
+#define FAR FV_LIST_LARGEST
 #define COUNT(table) (sizeof table / sizeof table[0])
 static const int64_t day_ns = INT64_C(86400000000000), frames_1e7_ns = INT64_C(10000000) * 13333333;
 
 static const struct fv_list paths[] = {
     {0, {0}},
     {5, {1, 2, 3, 30, -10}},
-    {5, {1e12, -1e12, 1e12, 1e12, -1e12}},
+    {5, {FAR, -FAR, FAR, FAR, -FAR}},
     {15, {1, 2, 3, 30, -10, 1, 2, 3, 30, -10, 1, 2, 3, 30, -10}},
     {10, {0, 1.6, 4, 0, 0, 0, 1.6, -4, 170, 20}},
     {20, {0, 1.6, 4, 0, 0, 1, 1.6, 2, -30, 10, 1, 1.6, 2, -30, 10, -3, 2, -4, 90, -90}},
-    {15, {-1e12, 0, 0, -1e12, 0, 1e12, 0, 0, 1e12, 0, -1e12, 1e12, 5e-324, 0, 0}},
+    {15, {-FAR, 0, 0, -FAR, 0, FAR, 0, 0, FAR, 0, -FAR, FAR, 5e-324, 0, 0}},
 };
 static const double lengths_s[] = {0, -1, NAN, 1e-300, 2e-10, 1e-9, 1e-6, 0.1, 20, 86400, 1e6};
 
@@ -49,6 +50,7 @@ static void every_path_at_every_time(void **state)
                 for (int i = 0; i < 3; i++) assert_true(fabs(pose.position_m[i]) <= 1.5 * largest);
                 for (int i = 0; i < 4; i++) n2 += pose.rotation[i] * pose.rotation[i];
                 assert_true(fabs(n2 - 1) < 4 * DBL_EPSILON);
+                assert_true(fv_pose_sound(&pose));
                 bool stands = paths[p].count <= 5 || p == 3 || !(lengths_s[s] >= 1e-9);
                 for (int i = 0; i < 3 && stands; i++)
                     assert_true(fabs(pose.position_m[i] - first.position_m[i]) <=

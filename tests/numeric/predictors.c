@@ -3,6 +3,7 @@
 #include "sensors/predict.h"
 #include "sensors/tape.h"
 #include "tests/support/program.h"
+#include "tests/support/random.h"
 
 #include <math.h>
 
@@ -81,6 +82,9 @@ static void heads_in_steady_motion(void **state)
     }
 }
 
+/* The slow turn's pose at 60.5 ms: 1.815 degrees. */
+#define TURNED_60_5 {{0, 1.6, 0}, {0.99987456783, 0, 0.01583820072, 0}}
+
 /* One or all samples of a slow turn spoilt: the prediction is good, and as far as the others say, near. */
 static const struct {
     const char *what;
@@ -99,6 +103,8 @@ static const struct {
     {"older ones in the future", 0, 62, {INT64_MAX, {{0, 0, 0}, {1, 0, 0, 0}}}, false, 0.61},
     {"older ones at the beginning of time", 0, 62, {INT64_MIN, {{0, 0, 0}, {1, 0, 0, 0}}}, false, 0.61},
     {"1 ns before the newest, turned round", 62, 62, {62999999, {{0, 0, 0}, {0, 0, 1, 0}}}, false, 0.61},
+    {"one comes 1.5 ms late", 62, 62, {60500000, TURNED_60_5}, false, 0.001},
+    {"the last one comes 2.5 ms late", 63, 63, {60500000, TURNED_60_5}, false, 0.08},
     {"newest at the end of time", 63, 63, {INT64_MAX, {{0, 0, 0}, {1, 0, 0, 0}}}, false, 3},
 };
 
@@ -149,14 +155,11 @@ static void slope_averages_noise(void **state)
 {
     (void)state;
     double sum[FV_HEAD_PREDICTORS] = {0};
-    uint32_t random = 1;
+    uint64_t random = 1;
     for (int n = 0; n < 200; n++) {
         for (int i = 0; i < SAMPLES; i++) {
             double turn[3], noise[4];
-            for (int k = 0; k < 3; k++) {
-                random = random * 1664525 + 1013904223;
-                turn[k] = 0.01 * degree * ((double)(random >> 8) * 0x1p-23 - 1);
-            }
+            for (int k = 0; k < 3; k++) turn[k] = 0.01 * degree * random_between(&random, -1, 1);
             head[i] = (struct fv_head_sample){i * ms, turning(30, 0, i * ms)};
             fv_quat_from_vector(turn, noise);
             fv_quat_multiply(head[i].pose.rotation, noise, head[i].pose.rotation);
