@@ -252,9 +252,9 @@ static void full_against_peers(void **state)
             ms[k][i] = peers[k].frame_ms(&c);
             ratio[k][i] = ms[k][i] / ms[FULL][i];
             if (isnan(ms[k][i])) {
+                if (k <= VIEWER) fail_msg("%s gave no time", peers[k].name);
                 print_message("%s gave no time: left out\n", peers[k].name);
                 there[k] = false;
-                assert_true(k > TEXTURED);
             }
         }
     }

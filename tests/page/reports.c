@@ -13,7 +13,7 @@ static struct fv_numeric_row numeric[FV_NUMERICS_MAX];
 static bool browser_is_there(void)
 {
     if (system("command -v chromium >/dev/null 2>&1") == 0) return true;
-    print_message("skipped: no chromium here\n");
+    print_message("no chromium here\n");
     return false;
 }
 
@@ -100,7 +100,7 @@ static void assert_fine(const char *page, int plots, int images)
 static void measure_is_readable(void **unused)
 {
     (void)unused;
-    if (!browser_is_there()) return;
+    if (!browser_is_there()) skip();
     int rows = sample_scene("cornell", 38.2, 0, row);
     rows += sample_scene("hall", 210, 3, row + rows);
     struct fv_measure_report report = {.rows = rows,
@@ -120,7 +120,7 @@ static void strange_rows_are_readable(void **unused)
 {
     (void)unused;
     static const double factors[] = {1e-9, 1e-4, 1, 1e5, 1e12};
-    if (!browser_is_there()) return;
+    if (!browser_is_there()) skip();
     struct fv_measure_report report = {.rows = sample_scene("cornell", 38.2, 0, row), .row = row};
     for (int i = 0; i < report.rows; i++) {
         double by = factors[i % 5];
@@ -144,7 +144,7 @@ static void strange_rows_are_readable(void **unused)
 static void run_is_readable(void **unused)
 {
     (void)unused;
-    if (!browser_is_there()) return;
+    if (!browser_is_there()) skip();
     struct program_result r = program("run --frames 6 --set scene.name=cornell --set display.headset=small "
                                       "--set output.every=6 --out session");
     if (r.code != 0) fail_msg("run: %s", r.errors);
@@ -168,7 +168,7 @@ static void faults_are_found(void **unused)
         "the page is 2",        "small print",    "an empty marker",       "beside their curve",
         "an image not loaded",  "without curves", "text over the plot",    "texts over each other",
         "text beside the page", "\"loud\"",       "nothing is not defined"};
-    if (!browser_is_there()) return;
+    if (!browser_is_there()) skip();
     program_write("faults.html", page, sizeof page - 1);
     make_checked("faults.html", 400);
     char *findings = browse();
