@@ -1,35 +1,17 @@
 /* integrators: orientation from angular rate against exact motions in long double: fast turns, coning,
  * half turns between samples, a second between them, samples that are no numbers. */
 #include "sensors/imu/integrate.h"
+#include "tests/support/long_rotation.h"
 #include "tests/support/program.h"
 
 #include <math.h>
 
-static const long double pi = 3.14159265358979323846264338327950288L;
 static const struct fv_integrator *const exact = &fv_integrators[FV_INTEGRATE_EXACT];
 
 /* Rotation by `angle` about a unit axis. */
-static void about(const long double axis[3], long double angle, long double q[4])
+static struct long_rotation about(const long double axis[3], long double angle)
 {
-    q[0] = cosl(angle / 2);
-    for (int i = 0; i < 3; i++) q[i + 1] = axis[i] * sinl(angle / 2);
-}
-
-static void multiply(const long double a[4], const long double b[4], long double out[4])
-{
-    long double r[4] = {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-                        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-                        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
-                        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
-    memcpy(out, r, sizeof r);
-}
-
-/* Angle between two rotations, radians. */
-static double angle_between(const double a[4], const long double b[4])
-{
-    long double inverse[4] = {a[0], -(long double)a[1], -(long double)a[2], -(long double)a[3]}, d[4];
-    multiply(inverse, b, d);
-    return (double)(2 * atan2l(sqrtl(d[1] * d[1] + d[2] * d[2] + d[3] * d[3]), fabsl(d[0])));
+    return long_exp((long double[3]){axis[0] * angle, axis[1] * angle, axis[2] * angle});
 }
 
 static double length_error(const double q[4])
@@ -63,19 +45,19 @@ static void constant_rates(void **state)
     const long double axis[3] = {2 / 7.0L, 3 / 7.0L, -6 / 7.0L};
     for (unsigned n = 0; n < sizeof turns / sizeof turns[0]; n++) {
         double rate[3], dt_s = 1 / turns[n].hz, bound[FV_INTEGRATORS] = {turns[n].euler, turns[n].midpoint, turns[n].exact};
-        long double speed = 0, q[4];
+        long double speed = 0;
         for (int i = 0; i < 3; i++) {
-            rate[i] = (double)(turns[n].deg_s * (pi / 180) * axis[i]);
+            rate[i] = (double)(turns[n].deg_s * (LONG_PI / 180) * axis[i]);
             speed += (long double)rate[i] * axis[i];
         }
-        about(axis, fmodl(speed * dt_s * turns[n].steps, 4 * pi), q);
+        struct long_rotation q = about(axis, fmodl(speed * dt_s * turns[n].steps, 4 * LONG_PI));
         for (int m = 0; m < FV_INTEGRATORS; m++) {
             struct fv_attitude a;
             fv_attitude_begin(&a, NULL, rate);
             for (int i = 0; i < turns[n].steps; i++) fv_attitude_add(&fv_integrators[m], &a, rate, dt_s);
             assert_int_equal(a.rejected + a.gaps, 0);
             assert_true(length_error(a.rotation) < 1e-14);
-            double error = angle_between(a.rotation, q);
+            double error = long_angle(a.rotation, q);
             if (!(error <= bound[m]))
                 fail_msg("%s, %s: %g rad off, at most %g", turns[n].what, fv_integrators[m].name, error, bound[m]);
         }
@@ -87,32 +69,28 @@ static const long double cone = 0.2L;
 
 /* Coning: the device's axis runs round a cone of half-angle `cone`; its rotation and its rate, exactly
  * (Savage 1998, section on coning). */
-static void coning(long double t, long double q[4], double rate[3])
+static struct long_rotation coning(long double t, double rate[3])
 {
-    long double speed = 2 * pi * CONE_HZ, phase = speed * t;
-    q[0] = cosl(cone / 2);
-    q[1] = sinl(cone / 2) * cosl(phase);
-    q[2] = sinl(cone / 2) * sinl(phase);
-    q[3] = 0;
+    long double speed = 2 * LONG_PI * CONE_HZ, phase = speed * t;
     rate[0] = (double)(-speed * sinl(cone) * sinl(phase));
     rate[1] = (double)(speed * sinl(cone) * cosl(phase));
     rate[2] = (double)(-speed * (1 - cosl(cone)));
+    return (struct long_rotation){cosl(cone / 2), {sinl(cone / 2) * cosl(phase), sinl(cone / 2) * sinl(phase), 0}};
 }
 
 static double coning_error(const struct fv_integrator *integrator, int hz, double seconds)
 {
     struct fv_attitude a;
-    long double q[4];
-    double rate[3], from[4];
-    coning(0, q, rate);
-    for (int i = 0; i < 4; i++) from[i] = (double)q[i];
+    double rate[3];
+    struct long_rotation q = coning(0, rate);
+    double from[4] = {(double)q.w, (double)q.v[0], (double)q.v[1], (double)q.v[2]};
     fv_attitude_begin(&a, from, rate);
     int steps = (int)(seconds * hz);
     for (int i = 1; i <= steps; i++) {
-        coning((long double)i / hz, q, rate);
+        q = coning((long double)i / hz, rate);
         fv_attitude_add(integrator, &a, rate, 1.0 / hz);
     }
-    return angle_between(a.rotation, q);
+    return long_angle(a.rotation, q);
 }
 
 /* Twice the samples: half the error at first order, a quarter at second. Not after whole turns of the cone,
@@ -134,24 +112,21 @@ static void a_million_steps(void **state)
 {
     (void)state;
     struct fv_attitude a;
-    long double q[4] = {1, 0, 0, 0}, unused[4], before[3] = {0};
+    struct long_rotation q = {1, {0}};
+    long double before[3] = {0};
     double rate[3];
     fv_attitude_begin(&a, NULL, NULL);
     for (int i = 1; i <= 1000000; i++) {
-        coning((long double)i / 1000, unused, rate);
+        coning((long double)i / 1000, rate);
         fv_attitude_add(exact, &a, rate, 0.001);
-        long double turn[3], step[4], length = 0;
+        long double turn[3];
         for (int k = 0; k < 3; k++) {
             turn[k] = (before[k] + rate[k]) / 2 * 0.001;
-            length += turn[k] * turn[k];
             before[k] = rate[k];
         }
-        length = sqrtl(length);
-        for (int k = 0; k < 3; k++) turn[k] /= length;
-        about(turn, length, step);
-        multiply(q, step, q);
+        q = long_product(q, long_exp(turn));
     }
-    assert_true(angle_between(a.rotation, q) < 1e-11);
+    assert_true(long_angle(a.rotation, q) < 1e-11);
     assert_true(length_error(a.rotation) < 1e-15);
 }
 
@@ -187,13 +162,12 @@ static void one_odd_sample(void **state)
     for (unsigned n = 0; n < sizeof odd / sizeof odd[0]; n++)
         for (int m = 0; m < FV_INTEGRATORS; m++) {
             struct fv_attitude a;
-            long double q[4];
             fv_attitude_begin(&a, NULL, steady);
             for (int i = 0; i < 200; i++)
                 if (i == 100) fv_attitude_add(&fv_integrators[m], &a, odd[n].rate, odd[n].dt_s);
                 else fv_attitude_add(&fv_integrators[m], &a, steady, 0.01);
-            about(y, 2 - (long double)odd[n].lost, q);
-            double error = angle_between(a.rotation, q), bound = m == FV_INTEGRATE_EXACT ? 1e-12 : 1e-3;
+            struct long_rotation q = about(y, 2 - (long double)odd[n].lost);
+            double error = long_angle(a.rotation, q), bound = m == FV_INTEGRATE_EXACT ? 1e-12 : 1e-3;
             if (odd[n].dt_s == 1 && m != FV_INTEGRATE_EXACT) bound = 0.1; /* their own error over a second */
             if (!(error < bound) || a.rejected != odd[n].rejected || a.gaps != odd[n].gaps || a.samples != 200)
                 fail_msg("%s, %s: %g rad off, %d rejected, %d gaps", odd[n].what, fv_integrators[m].name, error,
@@ -207,7 +181,6 @@ static void long_silences(void **state)
     (void)state;
     const double steady[3] = {0, 1, 0}, bad[3] = {NAN, 0, 0}, held[4] = {1, 0, 0, 0};
     const long double y[3] = {0, 1, 0};
-    long double q[4];
     struct fv_attitude a;
     fv_attitude_begin(&a, held, steady);
     for (int i = 0; i < 200; i++) fv_attitude_add(exact, &a, bad, 0.01);
@@ -215,14 +188,14 @@ static void long_silences(void **state)
     fv_attitude_add(exact, &a, steady, 0.01);
     assert_int_equal(a.gaps, 1);
     for (int i = 0; i < 100; i++) fv_attitude_add(exact, &a, steady, 0.01);
-    about(y, 1, q);
-    assert_true(angle_between(a.rotation, q) < 1e-13);
+    struct long_rotation q = about(y, 1);
+    assert_true(long_angle(a.rotation, q) < 1e-13);
     /* Stuck for an hour: a whole number of turns, as exactly as its samples. */
-    double stuck[3] = {0, (double)(2 * pi), 0};
+    double stuck[3] = {0, (double)(2 * LONG_PI), 0};
     fv_attitude_begin(&a, NULL, stuck);
     for (int i = 0; i < 3600000; i++) fv_attitude_add(exact, &a, stuck, 0.001);
-    about(y, fmodl((long double)stuck[1] * (long double)0.001 * 3600000, 4 * pi), q);
-    assert_true(angle_between(a.rotation, q) < 1e-9);
+    q = about(y, fmodl((long double)stuck[1] * (long double)0.001 * 3600000, 4 * LONG_PI));
+    assert_true(long_angle(a.rotation, q) < 1e-9);
     assert_int_equal(a.rejected + a.gaps, 0);
 }
 
@@ -231,7 +204,7 @@ static void hostile_beginnings(void **state)
 {
     (void)state;
     static const double from[][4] = {{0, 0, 0, 0}, {NAN, 0, 0, 0}, {1, INFINITY, 0, 0}, {1e-320, 0, 0, 0}, {3, 0, 4, 0}};
-    const double bad[3] = {INFINITY, 0, 0}, half[3] = {0, (double)pi, 0};
+    const double bad[3] = {INFINITY, 0, 0}, half[3] = {0, (double)LONG_PI, 0};
     for (unsigned n = 0; n < sizeof from / sizeof from[0]; n++)
         for (int m = 0; m < FV_INTEGRATORS; m++) {
             struct fv_attitude a;

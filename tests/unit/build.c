@@ -1,6 +1,7 @@
 /* build: what a scene is checked for and how it is laid out; textures' mip chains; pictures. */
 #include "rt/scene/build.h"
 #include "rt/scene/texture.h"
+#include "tests/support/random.h"
 
 #include <math.h>
 #include <png.h>
@@ -307,10 +308,10 @@ static void coverage_is_kept(void **state)
     (void)state;
     static uint8_t pixels[256 * 256 * 4];
     for (int wanted = 5; wanted <= 100; wanted += 19) {
-        uint32_t random = 1;
+        uint64_t random = 1;
         for (size_t i = 0; i < sizeof pixels; i++) {
-            random = random * 1664525 + 1013904223;
-            pixels[i] = i % 4 != 3 ? 7 : (random >> 8) % 100 < (uint32_t)wanted ? 255 : (random >> 20) % 100;
+            uint64_t bits = random_bits(&random);
+            pixels[i] = i % 4 != 3 ? 7 : bits % 100 < (uint64_t)wanted ? 255 : (bits >> 32) % 100;
         }
         struct fv_texture t;
         fv_texture_make(&t, FV_TEXEL_ALPHA, pixels, 256, 256, 4, 0.5f);

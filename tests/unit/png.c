@@ -1,6 +1,7 @@
 /* png: what the sink writes reads back as the same pixels; errors end it with a value. */
 #include "display/display.h"
 #include "platform/heap.h"
+#include "tests/support/random.h"
 
 #include <png.h>
 #include <setjmp.h>
@@ -32,13 +33,11 @@ static void set_up_config(int eyes, int width, int height, int every)
 static struct fv_picture make_picture(int eyes, int width, int height)
 {
     struct fv_picture p = {.eyes = eyes, .width = width, .height = height, .stride_bytes = 4 * width + 12};
-    uint32_t state = 12345;
+    uint64_t state = 12345;
     for (int eye = 0; eye < eyes; eye++) {
         uint8_t *pixels = malloc((size_t)p.stride_bytes * (size_t)height);
-        for (int64_t i = 0; i < p.stride_bytes * height; i++) {
-            state = state * 1664525 + 1013904223;
-            pixels[i] = (uint8_t)((state >> 24 & 15) + i / 64);
-        }
+        for (int64_t i = 0; i < p.stride_bytes * height; i++)
+            pixels[i] = (uint8_t)((random_bits(&state) & 15) + (uint64_t)i / 64);
         p.pixels[eye] = pixels;
     }
     return p;

@@ -1,6 +1,7 @@
 /* Tapes, good and bad: what is written reads back to the same bits, bad rows are counted, unusable
  * files are named, and real recordings come out human. */
 #include "sensors/tape.h"
+#include "tests/support/random.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -152,10 +153,10 @@ static void long_lines_and_noise_are_survived(void **state)
     memcpy(text, HEAD "0,0,0,0,1,0,0,0\n", strlen(HEAD) + 17);
     assert_int_equal(parse_bytes(&tape, text, sizeof text, &error), 0);
     assert_int_equal(tape.rejected, 1);
-    unsigned random = 1;
+    uint64_t random = 1;
     for (size_t i = strlen(HEAD); i < 20000; i++) {
-        random = random * 1664525 + 1013904223;
-        text[i] = random >> 28 ? "0123456789,.-e\n"[(random >> 20) % 15] : (char)(random >> 12);
+        uint64_t bits = random_bits(&random);
+        text[i] = bits >> 60 ? "0123456789,.-e\n"[bits % 15] : (char)(bits >> 32);
     }
     (void)parse_bytes(&tape, text, 20000, &error);
     for (int i = 0; i < tape.heads; i++) assert_true(fv_head_pose_good(&heads[i].pose));
