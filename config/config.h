@@ -11,8 +11,8 @@
 
 enum { FV_TEXT_MAX = 512, FV_LIST_MAX = 1024 };
 
-/* Numbers of lists are at most this far from 0, so that every pose on a path is sound (platform/pose.h), where
- * the curve overshoots its way points too. */
+/* Numbers of lists are at most this far from 0, so that every pose on a path is sound (platform/pose.h),
+ * where the curve overshoots its way points too. */
 #define FV_LIST_LARGEST 5e8
 
 struct fv_list {

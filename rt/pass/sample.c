@@ -21,7 +21,7 @@ static bool foveal(const struct fv_frame *f, const struct fv_tile *tile, int blo
     return fv_tile_eccentricity_deg(f, tile, block) <= f->parameters.foveal.r0_deg + margin_deg;
 }
 
-/* `whole`: what stands there is no history. A sample of unknown depth leaves what was reprojected as it is. */
+/* `whole`: what stands there is no history. A sample of unknown depth leaves what was reprojected. */
 static void merge_block(struct fv_frame *f, const struct fv_tile *tile, int block, const uint32_t *pixel,
                         const float *depth, bool whole)
 {

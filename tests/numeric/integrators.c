@@ -75,7 +75,8 @@ static struct long_rotation coning(long double t, double rate[3])
     rate[0] = (double)(-speed * sinl(cone) * sinl(phase));
     rate[1] = (double)(speed * sinl(cone) * cosl(phase));
     rate[2] = (double)(-speed * (1 - cosl(cone)));
-    return (struct long_rotation){cosl(cone / 2), {sinl(cone / 2) * cosl(phase), sinl(cone / 2) * sinl(phase), 0}};
+    long double sine = sinl(cone / 2);
+    return (struct long_rotation){cosl(cone / 2), {sine * cosl(phase), sine * sinl(phase), 0}};
 }
 
 static double coning_error(const struct fv_integrator *integrator, int hz, double seconds)
