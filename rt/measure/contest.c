@@ -82,7 +82,7 @@ static struct fv_measured quartiles(double *value, int n)
 void fv_contest_calibrate(struct fv_contest *c, double *full, double *judging)
 {
     static struct fv_errors errors;
-    const struct fv_reference_segment *s = &c->reference->segment[0];
+    const struct fv_reference_segment *s = &c->reference->segment[1];
     struct fv_frame_record record;
     double ms[5];
     for (int i = 0; i < 5; i++) {
@@ -144,7 +144,7 @@ static int judge(struct fv_contest *c, struct fv_contender *contender, int segme
     struct fv_metrics_picture now = picture_of(c, contender);
     struct fv_metrics_picture before = {now.width, now.height, 3, 3 * (int64_t)now.width, c->before};
     fv_metrics_compare(c->metrics, c->workers, &s->picture[FV_REFERENCE_LAST], &now, s->zone, &t->errors[segment]);
-    t->flicker[segment] = fv_flicker(&now, &before, &s->map, s->inverse_depth[FV_REFERENCE_LAST],
+    t->flicker[segment] = !fv_reference_flickers(segment) ? (double)NAN : fv_flicker(&now, &before, &s->map, s->inverse_depth[FV_REFERENCE_LAST],
                                      s->inverse_depth[FV_REFERENCE_BEFORE], c->reference->loop.frame.stride) - s->flicker;
     t->pictures++;
     if (segment != FV_CONTEST_SHOWN) return 0;
@@ -238,7 +238,7 @@ int fv_contest_run(struct fv_contest *c, struct fv_contender *contender, const s
             bool with_full = i * effort->full / timed != (i - 1) * effort->full / timed || i == 0;
             if (i < 0) render(contender, frame, &record);
             else time_frame(c, contender, frame, with_full, &t);
-            if (n >= FV_SWEEP_SEGMENTS || k != FV_SWEEP_FRAMES - 2) continue;
+            if (n >= FV_SWEEP_SEGMENTS || k != FV_SWEEP_FRAMES - 2 || !fv_reference_flickers(segment)) continue;
             struct fv_metrics_picture before = picture_of(c, contender);
             fv_picture_pack(&before, c->before);
         }

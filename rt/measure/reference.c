@@ -10,6 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { PICTURES = FV_SWEEP_SEGMENTS + FV_SWEEP_SEGMENTS / 2 };
+
 static const char about_name[] = "about.txt", about_form[] = "foveola-reference 1\nkey %31s\nsamples %d\nagreement %lf\n";
 
 void fv_reference_open(struct fv_reference *r, const struct fv_config *config, const struct fv_tracer *tracer,
@@ -26,10 +28,11 @@ void fv_reference_open(struct fv_reference *r, const struct fv_config *config, c
     size_t pixels = (size_t)f->width * (size_t)f->height;
     for (int s = 0; s < FV_SWEEP_SEGMENTS; s++) {
         struct fv_reference_segment *to = &r->segment[s];
-        for (int i = 0; i < FV_REFERENCE_PICTURES; i++) {
+        for (int i = fv_reference_flickers(s) ? 0 : FV_REFERENCE_LAST; i < FV_REFERENCE_PICTURES; i++) {
             to->picture[i] = (struct fv_metrics_picture){f->width, f->height, 3, 3 * (int64_t)f->width,
                                                          fv_arena_take(arena, "reference", 3 * pixels, 64)};
-            to->inverse_depth[i] = fv_arena_take(arena, "exact depth", (size_t)(f->stride * f->rows) * 4, 64);
+            if (fv_reference_flickers(s))
+                to->inverse_depth[i] = fv_arena_take(arena, "exact depth", (size_t)(f->stride * f->rows) * 4, 64);
         }
         to->zone = fv_arena_take(arena, "zones", pixels, 64);
     }
@@ -107,17 +110,17 @@ static void take_picture(struct fv_reference *r, uint8_t *rgb)
 static int settle_samples(struct fv_reference *r, const struct fv_sweep_frame *frame, struct fv_metrics *metrics,
                           bool (*stopped)(void *), void *context)
 {
-    struct fv_reference_segment *s = &r->segment[0];
-    struct fv_metrics_picture *half = &s->picture[FV_REFERENCE_BEFORE], *all = &s->picture[FV_REFERENCE_LAST];
+    struct fv_metrics_picture *half = &r->segment[1].picture[FV_REFERENCE_BEFORE]; /* not rendered yet */
+    struct fv_metrics_picture *all = &r->segment[0].picture[FV_REFERENCE_LAST];
     struct fv_errors errors;
-    double rays = render(r, frame, FV_REFERENCE_SPP_MIN / 4) * (FV_SWEEP_SEGMENTS * FV_REFERENCE_PICTURES) / (FV_REFERENCE_SPP_MIN / 4);
+    double rays = render(r, frame, FV_REFERENCE_SPP_MIN / 4) * PICTURES / (FV_REFERENCE_SPP_MIN / 4);
     take_picture(r, (uint8_t *)all->pixel);
     for (r->spp = FV_REFERENCE_SPP_MIN / 2;; r->spp *= 2) {
         if (stopped(context)) return 1;
         memcpy((uint8_t *)half->pixel, all->pixel, (size_t)(all->stride_bytes * all->height));
         render(r, frame, r->spp);
         take_picture(r, (uint8_t *)all->pixel);
-        fv_metrics_compare(metrics, r->workers, all, half, s->zone, &errors);
+        fv_metrics_compare(metrics, r->workers, all, half, r->segment[0].zone, &errors);
         r->agreement_db = fmin(errors.psnr[FV_ZONE_ALL], 99);
         bool settled = r->agreement_db >= FV_REFERENCE_DB && r->spp >= FV_REFERENCE_SPP_MIN;
         if (settled || 2 * r->spp > FV_REFERENCE_SPP_MAX || 2 * r->spp * rays > FV_REFERENCE_RAYS) return 0;
@@ -153,12 +156,15 @@ static int load_or_render(struct fv_reference *r, const char *folder, int segmen
     return fv_picture_png(picture, path, error);
 }
 
-/* Views, exact depth, zones and the reference's own flicker. */
+/* Zones; exact depth and the reference's own flicker. */
 static void measure_segment(struct fv_reference *r, int segment, const struct fv_sweep_frame *frames)
 {
     struct fv_reference_segment *s = &r->segment[segment];
     struct fv_frame *f = &r->loop.frame;
     struct fv_view before;
+    render(r, &frames[FV_REFERENCE_LAST], 1);
+    fv_zones_of_view(&f->view[0], s->zone);
+    if (!fv_reference_flickers(segment)) return;
     for (int i = 0; i < FV_REFERENCE_PICTURES; i++) {
         before = f->view[0];
         render(r, &frames[i], 1);
@@ -167,7 +173,6 @@ static void measure_segment(struct fv_reference *r, int segment, const struct fv
     }
     f->buffer[FV_DEPTH][0] = NULL;
     fv_map_set(&s->map, &f->view[0], &before);
-    fv_zones_of_view(&f->view[0], s->zone);
     s->flicker = fv_flicker(&s->picture[FV_REFERENCE_LAST], &s->picture[FV_REFERENCE_BEFORE], &s->map,
                             s->inverse_depth[FV_REFERENCE_LAST], s->inverse_depth[FV_REFERENCE_BEFORE], f->stride);
 }
@@ -178,7 +183,8 @@ int fv_reference_make(struct fv_reference *r, const char *folder, const char *ke
                       void (*progress)(void *context, const char *what, double done), void *context,
                       struct fv_error *error)
 {
-    char found[32], what[64];
+    char found[32], what[64], path[FV_PATH_MAX + 48];
+    int done = 0;
     if (fv_folder_make(folder, error) || fv_reference_check(folder, key, error)) return -1;
     int state = read_about(folder, found, &r->spp, &r->agreement_db, error);
     if (state < 0) return -1;
@@ -187,13 +193,14 @@ int fv_reference_make(struct fv_reference *r, const char *folder, const char *ke
         if (settle_samples(r, &frames[0][FV_REFERENCE_LAST], metrics, stopped, context)) return 1;
         forget_pictures(folder);
         if (write_about(r, folder, key, error)) return -1;
+        picture_path(path, sizeof path, folder, 0, FV_REFERENCE_LAST);
+        if (fv_picture_png(&r->segment[0].picture[FV_REFERENCE_LAST], path, error)) return -1;
     }
     for (int s = 0; s < FV_SWEEP_SEGMENTS; s++) {
-        for (int i = 0; i < FV_REFERENCE_PICTURES; i++) {
+        for (int i = fv_reference_flickers(s) ? 0 : FV_REFERENCE_LAST; i < FV_REFERENCE_PICTURES; i++, done++) {
             if (stopped(context)) return 1;
-            snprintf(what, sizeof what, "reference, %d samples a pixel: picture %d of %d", r->spp,
-                     s * FV_REFERENCE_PICTURES + i + 1, FV_SWEEP_SEGMENTS * FV_REFERENCE_PICTURES);
-            progress(context, what, (double)(s * FV_REFERENCE_PICTURES + i) / (FV_SWEEP_SEGMENTS * FV_REFERENCE_PICTURES));
+            snprintf(what, sizeof what, "reference, %d samples a pixel: picture %d of %d", r->spp, done + 1, PICTURES);
+            progress(context, what, (double)done / PICTURES);
             if (load_or_render(r, folder, s, i, &frames[s][i], error)) return -1;
         }
         measure_segment(r, s, frames[s]);

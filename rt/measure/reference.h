@@ -1,5 +1,6 @@
-/* reference: what a sweep's pictures are judged by: the left eye's picture of the last two frames of
- * each segment at many samples a pixel, with exact depth, and each pixel's zone of eccentricity.
+/* reference: what a sweep's pictures are judged by: the left eye's picture of the last frame of each segment
+ * at many samples a pixel, and each pixel's zone of eccentricity; of some segments, for flicker, also the
+ * picture of the frame before, and exact depth.
  *
  * Rendered once, with FV_REFERENCE_SPP_MIN samples, doubled until half of them agree with all to
  * FV_REFERENCE_DB (so that all of them are some 6 dB better), but with no more than FV_REFERENCE_RAYS (half the
@@ -24,11 +25,18 @@ struct fv_sweep_frame {
 enum { FV_REFERENCE_BEFORE, FV_REFERENCE_LAST, FV_REFERENCE_PICTURES };
 struct fv_reference_segment {
     struct fv_metrics_picture picture[FV_REFERENCE_PICTURES];
+    uint8_t *zone; /* of the last frame's pixels (metrics.h) */
+    /* Where flicker is judged, as the picture before: */
     float *inverse_depth[FV_REFERENCE_PICTURES]; /* at pixel centres, stride of the frame's buffers */
     struct fv_map map;                           /* from the last frame's pixels to those before */
-    uint8_t *zone;                               /* of the last frame's pixels (metrics.h) */
     double flicker;                              /* of the reference itself */
 };
+
+/* True for the segments at which flicker is judged: two of them. */
+static inline bool fv_reference_flickers(int segment)
+{
+    return segment % 2 == 1;
+}
 
 struct fv_reference {
     struct fv_config config; /* the sweep's, one eye */

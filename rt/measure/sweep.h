@@ -4,7 +4,7 @@
  * display's rate. A row (a method at a level) runs through each segment's frames; the last ones are
  * timed, all or some of them with the full renderer before or after at the same pose, so that speed-ups
  * are ratios of one moment. The left eye's last picture of each segment is judged against the
- * reference (reference.h), the last two together for flicker. Times are of all eyes.
+ * reference (reference.h), at two of them the last two together for flicker. Times are of all eyes.
  *
  * Everything is kept in a folder as soon as it is there: reference/ (reference.h), rows/ (row.h),
  * pictures/ (JPEG, for the report). What is there already is taken, not measured again. */
