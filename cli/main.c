@@ -15,8 +15,8 @@ const struct fv_verb fv_verbs[] = {
     {"compare", fv_verb_compare, "--ppd --gaze --fov ", 2,
      "compare REFERENCE.png TEST.png [--ppd N] [--gaze x,y] [--fov DEGREES]",
      "PSNR, RMSE, SSIM and FLIP of a picture, by eccentricity from the gaze (pixels; default: the centre)"},
-    {"measure", fv_verb_measure, "--config --set --out --method --level --seconds --shard --merge ", FV_OPERANDS_MAX,
-     "measure [--method M] [--level L] [--seconds S] [--shard I/N] [--merge DIR...]",
+    {"measure", fv_verb_measure, "--config --set --out --method --level --seconds --shard --merge ",
+     FV_OPERANDS_MAX, "measure [--method M] [--level L] [--seconds S] [--shard I/N] [--merge DIR...]",
      "error against run time: sweeps methods and levels on a scene; measure.csv and report.html in --out"},
     {"plan", fv_verb_plan, "--config --set --frames ", 0, "plan",
      "what this scene and method need, what is left out and why; no frame is run"},
@@ -27,13 +27,17 @@ const int fv_verbs_count = sizeof fv_verbs / sizeof fv_verbs[0];
 
 static int run_verb(int count, char **text)
 {
-    struct fv_arguments arguments = {.out = "out", .frames = -1, .ppd = 67, .measure = {.level = -1, .seconds = FV_SWEEP_SECONDS, .shards = 1}};
+    struct fv_arguments arguments = {.out = "out",
+                                     .frames = -1,
+                                     .ppd = 67,
+                                     .measure = {.level = -1, .seconds = FV_SWEEP_SECONDS, .shards = 1}};
     const char *verb = count > 1 ? text[1] : "help";
     if (strcmp(verb, "--help") == 0 || strcmp(verb, "-h") == 0) verb = "help";
     if (strcmp(verb, "--version") == 0) verb = "version";
     for (int i = 0; i < fv_verbs_count; i++) {
         if (strcmp(verb, fv_verbs[i].name) != 0) continue;
-        if (count > 2 && fv_options_read(&arguments, &fv_verbs[i], count - 2, text + 2)) return FV_EXIT_UNUSABLE;
+        if (count > 2 && fv_options_read(&arguments, &fv_verbs[i], count - 2, text + 2))
+            return FV_EXIT_UNUSABLE;
         return fv_verbs[i].run(&arguments);
     }
     fv_log("'%s' is no verb; 'foveola help' lists them", verb);

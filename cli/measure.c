@@ -20,7 +20,7 @@ static void on_signal(int number)
 struct measure {
     struct fv_setup setup;
     struct fv_sweep *sweep;
-    int64_t stage_ns; /* when what is under way began */
+    int64_t stage_ns;  /* when what is under way began */
     double stage_from; /* its part that was done then */
     int64_t shown_ns;
 };
@@ -31,7 +31,8 @@ static bool stopped(void *context)
     return stop_signal != 0;
 }
 
-static void latch(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3], double *uncertainty_deg)
+static void latch(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3],
+                  double *uncertainty_deg)
 {
     struct measure *m = context;
     struct fv_pose relative;
@@ -55,7 +56,8 @@ static void progress(void *context, const char *what, double done)
     double seconds = (double)(now_ns - m->stage_ns) * 1e-9, part = done - m->stage_from;
     if (part > 0.01) {
         int more = (int)(seconds / part * (1 - done) + 0.5);
-        snprintf(left, sizeof left, more >= 120 ? "%d min left" : "%d s left", more >= 120 ? more / 60 : more);
+        snprintf(left, sizeof left, more >= 120 ? "%d min left" : "%d s left",
+                 more >= 120 ? more / 60 : more);
     }
     for (int i = 0; i < WIDTH; i++) bar[i] = i < done * WIDTH ? '#' : '.';
     bar[WIDTH] = 0;
@@ -66,12 +68,16 @@ static int open_sweep(struct measure *m, const struct fv_arguments *a, struct fv
 {
     const struct fv_measure_arguments *given = &a->measure;
     struct fv_sweep_io io = {m, latch, stopped, progress};
-    struct fv_sweep_choice choice = {.method = given->method, .level = given->level, .shard = given->shard,
-                                     .shards = given->shards, .seconds = given->seconds};
+    struct fv_sweep_choice choice = {.method = given->method,
+                                     .level = given->level,
+                                     .shard = given->shard,
+                                     .shards = given->shards,
+                                     .seconds = given->seconds};
     if (fv_setup_open(&m->setup, &a->request, error)) return -1;
     if (given->method && fv_setup_method(given->method, "--method", error) == NULL) return -1;
     if (fv_setup_start(&m->setup, true, error)) return -1;
-    if (fv_sweep_open(&m->sweep, &m->setup.config, &m->setup.tracer, &m->setup.workers, &io, &choice, a->out, error))
+    if (fv_sweep_open(&m->sweep, &m->setup.config, &m->setup.tracer, &m->setup.workers, &io, &choice, a->out,
+                      error))
         return -1;
     return fv_measure_check(a->out, fv_sweep_scene(m->sweep), fv_sweep_key(m->sweep), error);
 }
@@ -79,9 +85,9 @@ static int open_sweep(struct measure *m, const struct fv_arguments *a, struct fv
 static void tell_row(int n, int rows, const struct fv_measure_row *r, bool measured)
 {
     if (measured)
-        fv_log("row %d of %d: %s level %d (%s): %.1f ms, %.2f x full, %.1f dB in the fovea, %.1f dB in all", n + 1, rows,
-               r->method, r->level, r->parameters, r->frame_ms.value, r->speedup.value, r->psnr[FV_ZONE_FOVEA].value,
-               r->psnr[FV_ZONE_ALL].value);
+        fv_log("row %d of %d: %s level %d (%s): %.1f ms, %.2f x full, %.1f dB in the fovea, %.1f dB in all",
+               n + 1, rows, r->method, r->level, r->parameters, r->frame_ms.value, r->speedup.value,
+               r->psnr[FV_ZONE_FOVEA].value, r->psnr[FV_ZONE_ALL].value);
     else fv_log("row %d of %d: %s level %d is there already", n + 1, rows, r->method, r->level);
 }
 
@@ -121,7 +127,9 @@ static int finish(const char *out, int state, struct fv_error *error)
     }
     if (state > 0) fv_log("stopped; %d rows are in %s, the same command goes on with the rest", rows, out);
     else if (rows == 0) fv_log("this share has no rows; %s/measure.csv has its heading only", out);
-    else if (missing) fv_log("%d rows in %s/measure.csv, %d of the whole sweep are not; report: %s/report.html", rows, out, missing, out);
+    else if (missing)
+        fv_log("%d rows in %s/measure.csv, %d of the whole sweep are not; report: %s/report.html", rows, out,
+               missing, out);
     else fv_log("%d rows in %s/measure.csv; report: %s/report.html", rows, out, out);
     return state > 0 ? FV_EXIT_NOT_HELD : FV_EXIT_DONE;
 }
@@ -158,7 +166,10 @@ int fv_verb_measure(const struct fv_arguments *a)
         return FV_EXIT_UNUSABLE;
     }
     int left_out = fv_sweep_left_out(m.sweep);
-    if (left_out) fv_log("%d rows would take too long and are left out; --seconds gives more time, --level measures one", left_out);
+    if (left_out)
+        fv_log(
+            "%d rows would take too long and are left out; --seconds gives more time, --level measures one",
+            left_out);
     if (state == 0) state = run_rows(&m, a->out, &error);
     if (state == 0 && a->measure.shard == 0) state = run_numerics(&m, a->out, &error);
     return finish(a->out, state, &error);

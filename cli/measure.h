@@ -4,8 +4,8 @@
 
 #include "cli/cli.h"
 
-/* 0 where all that lies in OUT is whole and its rows of the scene have the key, or there are none; -1 with the
- * error set otherwise. */
+/* 0 where all that lies in OUT is whole and its rows of the scene have the key, or there are none; -1 with
+ * the error set otherwise. */
 int fv_measure_check(const char *out, const char *scene, const char *key, struct fv_error *error);
 
 /* Reads all rows that lie in OUT and writes measure.csv and, where there is a row, report.html; *rows is

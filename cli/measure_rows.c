@@ -15,8 +15,8 @@ static bool ends_with(const char *name, const char *ending)
     return n >= m && strcmp(name + n - m, ending) == 0;
 }
 
-/* Calls take(context, path, name) for each file of folder/sub that ends so; fewer than 0: ended by -1. A folder
- * that is not there has none. */
+/* Calls take(context, path, name) for each file of folder/sub that ends so; fewer than 0: ended by -1. A
+ * folder that is not there has none. */
 static int each_file(const char *folder, const char *sub, const char *ending,
                      int (*take)(void *context, const char *path, const char *name, struct fv_error *error),
                      void *context, struct fv_error *error)
@@ -45,12 +45,15 @@ static int take_row(void *context, const char *path, const char *name, struct fv
 {
     int *rows = context;
     (void)name;
-    if (*rows == FV_ROWS_MAX) return fv_error_set(error, "%s: more than %d rows; keep them in two folders", path, FV_ROWS_MAX);
+    if (*rows == FV_ROWS_MAX)
+        return fv_error_set(error, "%s: more than %d rows; keep them in two folders", path, FV_ROWS_MAX);
     if (fv_row_read(&row[*rows], path, error)) return -1;
     snprintf(row_path[*rows], sizeof row_path[0], "%.1000s", path);
     for (int i = 0; i < *rows; i++)
         if (strcmp(row[i].scene, row[*rows].scene) == 0 && strcmp(row[i].key, row[*rows].key) != 0)
-            return fv_error_set(error, "%s and %s: measured with different versions or settings; measure one of them again", row_path[i], path);
+            return fv_error_set(
+                error, "%s and %s: measured with different versions or settings; measure one of them again",
+                row_path[i], path);
     ++*rows;
     return 0;
 }
@@ -72,7 +75,9 @@ int fv_measure_check(const char *out, const char *scene, const char *key, struct
     if (each_file(out, "rows", ".row", take_row, &rows, error) < 0) return -1;
     for (int i = 0; i < rows; i++)
         if (strcmp(row[i].scene, scene) == 0 && strcmp(row[i].key, key) != 0)
-            return fv_error_set(error, "%s: of another scene, version or other settings; remove it or give another --out", row_path[i]);
+            return fv_error_set(
+                error, "%s: of another scene, version or other settings; remove it or give another --out",
+                row_path[i]);
     snprintf(path, sizeof path, "%s/numerics.csv", out);
     return fv_file_exists(path) && fv_numerics_read(numeric, path, error) < 0 ? -1 : 0;
 }
@@ -92,8 +97,12 @@ int fv_measure_write(const char *out, int *rows, int *missing, struct fv_error *
     if (numerics < 0) return -1;
     snprintf(path, sizeof path, "%s/report.html", out);
     snprintf(pictures, sizeof pictures, "%s/pictures", out);
-    struct fv_measure_report report = {.rows = *rows, .row = row, .numerics = numerics, .numeric = numeric,
-                                       .missing = *missing, .pictures = pictures,
+    struct fv_measure_report report = {.rows = *rows,
+                                       .row = row,
+                                       .numerics = numerics,
+                                       .numeric = numeric,
+                                       .missing = *missing,
+                                       .pictures = pictures,
                                        .period_ms = row[0].period_ms};
     return fv_measure_page(&report, path, error);
 }
@@ -132,7 +141,9 @@ static int check_folders(const char *const *folder, int folders, const char *out
         if (rows == before && !fv_file_exists(path))
             return fv_error_set(error, "%s: holds no rows of a measure (rows/*.row)", folder[i]);
     }
-    if (rows == 0) return fv_error_set(error, "%s: none of the folders holds a row of a measure (rows/*.row)", folder[0]);
+    if (rows == 0)
+        return fv_error_set(error, "%s: none of the folders holds a row of a measure (rows/*.row)",
+                            folder[0]);
     return each_file(out, "rows", ".row", take_row, &rows, error) < 0 ? -1 : 0;
 }
 

@@ -163,11 +163,12 @@ void fv_measure_numerics(struct fv_measure_page *page)
 void fv_measure_definitions(struct fv_measure_page *page)
 {
     static const char *const rows[][2] = {
-        {"Reference",
-         "The same view at many samples a pixel; how well half of them agree with all says how far it is settled. Every picture is compared with the reference of "
-         "its own pose."},
+        {"Reference", "The same view at many samples a pixel; how well half of them agree with all says how "
+                      "far it is settled. Every picture is compared with the reference of "
+                      "its own pose."},
         {"Frame time",
-         "Wall time from latching pose and gaze to the finished pixels, without presenting them, along the scene's path: its "
+         "Wall time from latching pose and gaze to the finished pixels, without presenting them, along the "
+         "scene's path: its "
          "median, with the middle half of the frames between the bars; p99: 99 % of frames took no longer."},
         {"Speed-up",
          "Frames of the method and of plain rendering at one sample a pixel are timed in turns at the same "

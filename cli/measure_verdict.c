@@ -31,11 +31,11 @@ void fv_measure_header(struct fv_measure_page *page, const char *title)
     write_abouts(page);
     fv_writer_print(page->out, "</p>\n");
     if (report->missing > 0)
-        fv_writer_print(page->out,
-                        "<p class=\"verdict\"><b>%d row%s of the whole sweep %s not here:</b> of other methods, "
-                        "levels or shares, or not measured yet.</p>\n",
-                        report->missing, report->missing == 1 ? "" : "s",
-                        report->missing == 1 ? "is" : "are");
+        fv_writer_print(
+            page->out,
+            "<p class=\"verdict\"><b>%d row%s of the whole sweep %s not here:</b> of other methods, "
+            "levels or shares, or not measured yet.</p>\n",
+            report->missing, report->missing == 1 ? "" : "s", report->missing == 1 ? "is" : "are");
     fv_writer_print(page->out, "</header>\n");
 }
 
@@ -74,8 +74,9 @@ static void write_sentences(struct fv_measure_page *page, const struct fv_measur
                         fv_shown_infinite(equal->psnr[FV_ZONE_FOVEA].value, 1).text,
                         fv_shown_infinite(full_db, 1).text);
     } else if (isnan(full_db)) {
-        fv_writer_print(out,
-                        "Plain rendering (full at level 0) is not among the rows, so no method is judged against it. ");
+        fv_writer_print(
+            out,
+            "Plain rendering (full at level 0) is not among the rows, so no method is judged against it. ");
     } else if (quick) {
         fv_writer_print(out, "No level of another method comes within %.1f dB of full in the fovea (%s dB). ",
                         margin_db, fv_shown_infinite(full_db, 1).text);

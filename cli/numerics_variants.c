@@ -51,9 +51,9 @@ static void set_errors(struct fv_numeric_row *row)
     int n = 0;
     for (int p = 0; p < PLACES * PLACES; p++)
         for (int i = 0; i < SIDE * SIDE; i++)
-            difference[n++] = (double)fmaxf(fmaxf(fabsf(first[p][0][i] - samples[p].red[i]),
-                                                  fabsf(first[p][1][i] - samples[p].green[i])),
-                                            fabsf(first[p][2][i] - samples[p].blue[i]));
+            difference[n++] = (double)fmaxf(
+                fmaxf(fabsf(first[p][0][i] - samples[p].red[i]), fabsf(first[p][1][i] - samples[p].green[i])),
+                fabsf(first[p][2][i] - samples[p].blue[i]));
     fv_numerics_errors(row, difference, n);
 }
 
@@ -74,8 +74,9 @@ void fv_experiment_variants(struct fv_setup *setup, struct fv_numerics *n)
             least[v] = k ? fmin(least[v], ns) : ns;
         }
     for (int v = FV_VARIANTS - 1; v >= (int)smallest && !fv_numerics_stopped(n); v--) {
-        struct fv_numeric_row *row = fv_numerics_add(n, "leaving out", fv_variants[v].name, "of radiance",
-                                                     v == (int)smallest ? "what the plan chose" : "holds more than the scene");
+        struct fv_numeric_row *row =
+            fv_numerics_add(n, "leaving out", fv_variants[v].name, "of radiance",
+                            v == (int)smallest ? "what the plan chose" : "holds more than the scene");
         trace(setup, &view, (enum fv_variant)v);
         if (v == FV_VARIANTS - 1) keep();
         set_errors(row);

@@ -22,7 +22,8 @@ static int read_config(struct fv_arguments *a, const char *value)
 
 static int read_set(struct fv_arguments *a, const char *value)
 {
-    if (a->request.sets == 64) return unusable("--set %s: at most 64 of them; put the rest into a settings file", value);
+    if (a->request.sets == 64)
+        return unusable("--set %s: at most 64 of them; put the rest into a settings file", value);
     a->request.set[a->request.sets++] = value;
     return 0;
 }
@@ -43,7 +44,8 @@ static int read_frames(struct fv_arguments *a, const char *value)
     return 0;
 }
 
-static bool read_number(double *out, const char *text, char closing, double least, double most, const char **end)
+static bool read_number(double *out, const char *text, char closing, double least, double most,
+                        const char **end)
 {
     char *stop;
     *out = strtod(text, &stop);
@@ -70,7 +72,8 @@ static int read_fov(struct fv_arguments *a, const char *value)
 static int read_gaze(struct fv_arguments *a, const char *value)
 {
     const char *at;
-    if (!read_number(&a->gaze_px[0], value, ',', -1e6, 1e6, &at) || !read_number(&a->gaze_px[1], at, 0, -1e6, 1e6, &at))
+    if (!read_number(&a->gaze_px[0], value, ',', -1e6, 1e6, &at) ||
+        !read_number(&a->gaze_px[1], at, 0, -1e6, 1e6, &at))
         return unusable("--gaze %s: must be two numbers of pixels, x,y, as in --gaze 320,240", value);
     a->has_gaze = true;
     return 0;
@@ -86,7 +89,8 @@ static int read_level(struct fv_arguments *a, const char *value)
 {
     char *end;
     long level = strtol(value, &end, 10);
-    if (*end || end == value || level < 0 || level > 1000) return unusable("--level %s: must be a whole number from 0", value);
+    if (*end || end == value || level < 0 || level > 1000)
+        return unusable("--level %s: must be a whole number from 0", value);
     a->measure.level = (int)level;
     return 0;
 }
@@ -104,7 +108,8 @@ static int read_shard(struct fv_arguments *a, const char *value)
 {
     char *end, *last;
     long shard = strtol(value, &end, 10), shards = *end == '/' ? strtol(end + 1, &last, 10) : 0;
-    if (*end != '/' || end == value || *last || last == end + 1 || shard < 1 || shard > shards || shards > 100000)
+    if (*end != '/' || end == value || *last || last == end + 1 || shard < 1 || shard > shards ||
+        shards > 100000)
         return unusable("--shard %s: must be I/N, the I-th of N shares, I from 1 to N", value);
     a->measure.shard = (int)shard - 1;
     a->measure.shards = (int)shards;
@@ -124,9 +129,10 @@ static const struct option {
     const char *name;
     int (*read)(struct fv_arguments *arguments, const char *value);
 } options[] = {
-    {"--config", read_config}, {"--set", read_set},         {"--out", read_out},     {"--frames", read_frames},
-    {"--ppd", read_ppd},       {"--gaze", read_gaze},       {"--fov", read_fov},     {"--method", read_method},
-    {"--level", read_level},   {"--seconds", read_seconds}, {"--shard", read_shard}, {"--merge", read_merge},
+    {"--config", read_config},   {"--set", read_set},       {"--out", read_out},
+    {"--frames", read_frames},   {"--ppd", read_ppd},       {"--gaze", read_gaze},
+    {"--fov", read_fov},         {"--method", read_method}, {"--level", read_level},
+    {"--seconds", read_seconds}, {"--shard", read_shard},   {"--merge", read_merge},
 };
 
 /* The option that `text` begins with, as far as the verb takes it; NULL otherwise. */
@@ -145,11 +151,13 @@ int fv_options_read(struct fv_arguments *a, const struct fv_verb *verb, int coun
     for (int i = 0; i < count; i++) {
         const char *value = strchr(text[i], '=');
         if (strncmp(text[i], "--", 2) != 0) {
-            if (a->operands == verb->operands) return unusable("'%s': not expected here; see 'foveola help'", text[i]);
+            if (a->operands == verb->operands)
+                return unusable("'%s': not expected here; see 'foveola help'", text[i]);
             a->operand[a->operands++] = text[i];
             continue;
         }
-        const struct option *o = find_option(verb, text[i], value ? (size_t)(value - text[i]) : strlen(text[i]));
+        const struct option *o =
+            find_option(verb, text[i], value ? (size_t)(value - text[i]) : strlen(text[i]));
         if (!o) return unusable("%s: this verb has no such option; see 'foveola help'", text[i]);
         if (value) value++;
         else if (++i < count) value = text[i];

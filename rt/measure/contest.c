@@ -39,8 +39,10 @@ void fv_contest_open(struct fv_contest *c, struct fv_reference *reference, const
 {
     const struct fv_frame *f = &reference->loop.frame;
     double degree = M_PI / 180;
-    double across = (tan(config->display_fov_in_deg * degree) + tan(config->display_fov_out_deg * degree)) / f->width;
-    double down = (tan(config->display_fov_up_deg * degree) + tan(config->display_fov_down_deg * degree)) / f->height;
+    double across =
+        (tan(config->display_fov_in_deg * degree) + tan(config->display_fov_out_deg * degree)) / f->width;
+    double down =
+        (tan(config->display_fov_up_deg * degree) + tan(config->display_fov_down_deg * degree)) / f->height;
     c->reference = reference;
     c->workers = workers;
     c->io = io;
@@ -92,7 +94,8 @@ void fv_contest_calibrate(struct fv_contest *c, double *full, double *judging)
     *full = quartiles(ms, 5).value * 1e-3;
     int64_t start_ns = fv_clock_now_ns(&fv_clock_monotonic);
     fv_metrics_compare(c->metrics, c->workers, &s->picture[1], &s->picture[0], s->zone, &errors);
-    fv_flicker(&s->picture[1], &s->picture[0], &s->map, s->inverse_depth[1], s->inverse_depth[0], c->reference->loop.frame.stride);
+    fv_flicker(&s->picture[1], &s->picture[0], &s->map, s->inverse_depth[1], s->inverse_depth[0],
+               c->reference->loop.frame.stride);
     *judging = 1.1 * FV_SWEEP_SEGMENTS * (double)(fv_clock_now_ns(&fv_clock_monotonic) - start_ns) * 1e-9;
 }
 
@@ -114,8 +117,8 @@ double fv_contest_guess(struct fv_contest *c, struct fv_contender *contender, in
 
 /* One frame of the method and, where `with_full`, one of the full renderer at the same pose; which is first
  * alternates. */
-static void time_frame(struct fv_contest *c, struct fv_contender *contender, const struct fv_sweep_frame *frame,
-                       bool with_full, struct tally *t)
+static void time_frame(struct fv_contest *c, struct fv_contender *contender,
+                       const struct fv_sweep_frame *frame, bool with_full, struct tally *t)
 {
     struct fv_frame_record own, full;
     bool full_first = t->times % 2;
@@ -143,13 +146,19 @@ static int judge(struct fv_contest *c, struct fv_contender *contender, int segme
     const struct fv_reference_segment *s = &c->reference->segment[segment];
     struct fv_metrics_picture now = picture_of(c, contender);
     struct fv_metrics_picture before = {now.width, now.height, 3, 3 * (int64_t)now.width, c->before};
-    fv_metrics_compare(c->metrics, c->workers, &s->picture[FV_REFERENCE_LAST], &now, s->zone, &t->errors[segment]);
-    t->flicker[segment] = !fv_reference_flickers(segment) ? (double)NAN : fv_flicker(&now, &before, &s->map, s->inverse_depth[FV_REFERENCE_LAST],
-                                     s->inverse_depth[FV_REFERENCE_BEFORE], c->reference->loop.frame.stride) - s->flicker;
+    fv_metrics_compare(c->metrics, c->workers, &s->picture[FV_REFERENCE_LAST], &now, s->zone,
+                       &t->errors[segment]);
+    t->flicker[segment] =
+        !fv_reference_flickers(segment)
+            ? (double)NAN
+            : fv_flicker(&now, &before, &s->map, s->inverse_depth[FV_REFERENCE_LAST],
+                         s->inverse_depth[FV_REFERENCE_BEFORE], c->reference->loop.frame.stride) -
+                  s->flicker;
     t->pictures++;
     if (segment != FV_CONTEST_SHOWN) return 0;
     if (fv_picture_jpeg(&now, picture, error)) return -1;
-    return fv_picture_map_jpeg(fv_metrics_flip_map(c->metrics), now.width, now.height, fv_difference_white, difference, error);
+    return fv_picture_map_jpeg(fv_metrics_flip_map(c->metrics), now.width, now.height, fv_difference_white,
+                               difference, error);
 }
 
 /* Mean, smallest and largest of those that are numbers; NaN where none is. */
@@ -211,12 +220,13 @@ static void describe(struct fv_measure_row *row, const struct fv_contender *cont
     contender->plan.method->parameters(contender->loop.config, row->level, &p);
     if (p.foveal.r0_deg >= 180) snprintf(row->parameters, sizeof row->parameters, "spp=%d", p.spp);
     else
-        snprintf(row->parameters, sizeof row->parameters, "r0=%.4g r1=%.4g p_min=%.4g", (double)p.foveal.r0_deg,
-                 (double)p.foveal.r1_deg, (double)p.foveal.p_min);
+        snprintf(row->parameters, sizeof row->parameters, "r0=%.4g r1=%.4g p_min=%.4g",
+                 (double)p.foveal.r0_deg, (double)p.foveal.r1_deg, (double)p.foveal.p_min);
 }
 
-int fv_contest_run(struct fv_contest *c, struct fv_contender *contender, const struct fv_contest_effort *effort,
-                   struct fv_measure_row *row, const char *picture, const char *difference, struct fv_error *error)
+int fv_contest_run(struct fv_contest *c, struct fv_contender *contender,
+                   const struct fv_contest_effort *effort, struct fv_measure_row *row, const char *picture,
+                   const char *difference, struct fv_error *error)
 {
     static struct tally t;
     struct fv_frame_record record;
@@ -238,7 +248,8 @@ int fv_contest_run(struct fv_contest *c, struct fv_contender *contender, const s
             bool with_full = i * effort->full / timed != (i - 1) * effort->full / timed || i == 0;
             if (i < 0) render(contender, frame, &record);
             else time_frame(c, contender, frame, with_full, &t);
-            if (n >= FV_SWEEP_SEGMENTS || k != FV_SWEEP_FRAMES - 2 || !fv_reference_flickers(segment)) continue;
+            if (n >= FV_SWEEP_SEGMENTS || k != FV_SWEEP_FRAMES - 2 || !fv_reference_flickers(segment))
+                continue;
             struct fv_metrics_picture before = picture_of(c, contender);
             fv_picture_pack(&before, c->before);
         }

@@ -1,4 +1,5 @@
-/* picture: see picture.h. The heap is not sealed while a sweep runs, so libpng and libjpeg-turbo may use it. */
+/* picture: see picture.h. The heap is not sealed while a sweep runs, so libpng and libjpeg-turbo may use it.
+ */
 #include "rt/measure/picture.h"
 
 #include "rt/scene/build.h"
@@ -14,7 +15,8 @@ enum { QUALITY = 88 };
 void fv_picture_pack(const struct fv_metrics_picture *p, uint8_t *rgb)
 {
     for (int y = 0; y < p->height; y++)
-        for (int x = 0; x < p->width; x++, rgb += 3) memcpy(rgb, p->pixel + y * p->stride_bytes + x * p->step, 3);
+        for (int x = 0; x < p->width; x++, rgb += 3)
+            memcpy(rgb, p->pixel + y * p->stride_bytes + x * p->step, 3);
 }
 
 /* The caller frees it. */
@@ -35,8 +37,11 @@ static int store(const char *path, const void *bytes, size_t size, struct fv_err
 
 int fv_picture_png(const struct fv_metrics_picture *p, const char *path, struct fv_error *error)
 {
-    png_image image = {.version = PNG_IMAGE_VERSION, .width = (png_uint_32)p->width, .height = (png_uint_32)p->height,
-                       .format = PNG_FORMAT_RGB, .flags = PNG_IMAGE_FLAG_FAST};
+    png_image image = {.version = PNG_IMAGE_VERSION,
+                       .width = (png_uint_32)p->width,
+                       .height = (png_uint_32)p->height,
+                       .format = PNG_FORMAT_RGB,
+                       .flags = PNG_IMAGE_FLAG_FAST};
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
     uint8_t *rgb = packed(p), *bytes = malloc(size);
     int failed = !rgb || !bytes || !png_image_write_to_memory(&image, bytes, &size, 0, rgb, 0, NULL);
@@ -53,7 +58,8 @@ static int jpeg(const uint8_t *pixels, int width, int height, int format, int sa
     unsigned char *bytes = NULL;
     unsigned long size = 0;
     tjhandle handle = tjInitCompress();
-    int failed = !handle || !pixels || tjCompress2(handle, pixels, width, 0, height, format, &bytes, &size, sampling, QUALITY, 0);
+    int failed = !handle || !pixels ||
+                 tjCompress2(handle, pixels, width, 0, height, format, &bytes, &size, sampling, QUALITY, 0);
     if (failed) fv_error_set(error, "%s: could not be encoded", path);
     else failed = store(path, bytes, size, error) != 0;
     tjFree(bytes);
@@ -94,7 +100,9 @@ int fv_picture_read(const char *path, int width, int height, uint8_t *pixel, str
     free(bytes);
     if (failed) return -1;
     if (w == width && h == height && channels == 3) memcpy(pixel, decoded, (size_t)w * (size_t)h * 3);
-    else failed = fv_error_set(error, "%s: is %d x %d with %d channels, not %d x %d with 3", path, w, h, channels, width, height);
+    else
+        failed = fv_error_set(error, "%s: is %d x %d with %d channels, not %d x %d with 3", path, w, h,
+                              channels, width, height);
     free(decoded);
     return failed;
 }

@@ -12,7 +12,8 @@
 
 enum { PICTURES = FV_SWEEP_SEGMENTS + FV_SWEEP_SEGMENTS / 2 };
 
-static const char about_name[] = "about.txt", about_form[] = "foveola-reference 1\nkey %31s\nsamples %d\nagreement %lf\n";
+static const char about_name[] = "about.txt",
+                  about_form[] = "foveola-reference 1\nkey %31s\nsamples %d\nagreement %lf\n";
 
 void fv_reference_open(struct fv_reference *r, const struct fv_config *config, const struct fv_tracer *tracer,
                        struct fv_workers *workers)
@@ -32,14 +33,16 @@ void fv_reference_open(struct fv_reference *r, const struct fv_config *config, c
             to->picture[i] = (struct fv_metrics_picture){f->width, f->height, 3, 3 * (int64_t)f->width,
                                                          fv_arena_take(arena, "reference", 3 * pixels, 64)};
             if (fv_reference_flickers(s))
-                to->inverse_depth[i] = fv_arena_take(arena, "exact depth", (size_t)(f->stride * f->rows) * 4, 64);
+                to->inverse_depth[i] =
+                    fv_arena_take(arena, "exact depth", (size_t)(f->stride * f->rows) * 4, 64);
         }
         to->zone = fv_arena_take(arena, "zones", pixels, 64);
     }
 }
 
 /* 1 and the values where the folder has a reference, 0 where it has none. */
-static int read_about(const char *folder, char key[32], int *spp, double *agreement_db, struct fv_error *error)
+static int read_about(const char *folder, char key[32], int *spp, double *agreement_db,
+                      struct fv_error *error)
 {
     char path[FV_PATH_MAX + 32], *text;
     size_t size;
@@ -49,7 +52,9 @@ static int read_about(const char *folder, char key[32], int *spp, double *agreem
     int n = sscanf(text, about_form, key, spp, agreement_db);
     free(text);
     if (n == 3 && *spp >= 1 && *spp <= FV_REFERENCE_SPP_MAX) return 1;
-    return fv_error_set(error, "%s: not a reference of this version's measure; remove the folder or give another --out", path);
+    return fv_error_set(
+        error, "%s: not a reference of this version's measure; remove the folder or give another --out",
+        path);
 }
 
 int fv_reference_check(const char *folder, const char *key, struct fv_error *error)
@@ -59,17 +64,22 @@ int fv_reference_check(const char *folder, const char *key, struct fv_error *err
     double agreement_db;
     state = read_about(folder, found, &spp, &agreement_db, error);
     if (state == 1 && strcmp(found, key) != 0)
-        return fv_error_set(error, "%s: the reference of another scene, version or other settings; remove the folder or give another --out", folder);
+        return fv_error_set(error,
+                            "%s: the reference of another scene, version or other settings; remove the "
+                            "folder or give another --out",
+                            folder);
     return state < 0 ? -1 : 0;
 }
 
-static int write_about(const struct fv_reference *r, const char *folder, const char *key, struct fv_error *error)
+static int write_about(const struct fv_reference *r, const char *folder, const char *key,
+                       struct fv_error *error)
 {
     static struct fv_writer out;
     char path[FV_PATH_MAX + 32];
     snprintf(path, sizeof path, "%s/%s", folder, about_name);
     if (fv_writer_open(&out, path, error)) return -1;
-    fv_writer_print(&out, "foveola-reference 1\nkey %s\nsamples %d\nagreement %.9g\n", key, r->spp, r->agreement_db);
+    fv_writer_print(&out, "foveola-reference 1\nkey %s\nsamples %d\nagreement %.9g\n", key, r->spp,
+                    r->agreement_db);
     return fv_writer_close(&out, error);
 }
 
@@ -103,12 +113,13 @@ static void take_picture(struct fv_reference *r, uint8_t *rgb)
 {
     struct fv_frame *f = &r->loop.frame;
     fv_pass_run(&fv_pass_present, f, r->workers);
-    fv_picture_pack(&(struct fv_metrics_picture){f->width, f->height, 4, 4 * f->stride, f->buffer[FV_PICTURE][0]}, rgb);
+    fv_picture_pack(
+        &(struct fv_metrics_picture){f->width, f->height, 4, 4 * f->stride, f->buffer[FV_PICTURE][0]}, rgb);
 }
 
 /* Doubles the samples of the first picture until they no longer change it. 1: stopped. */
-static int settle_samples(struct fv_reference *r, const struct fv_sweep_frame *frame, struct fv_metrics *metrics,
-                          bool (*stopped)(void *), void *context)
+static int settle_samples(struct fv_reference *r, const struct fv_sweep_frame *frame,
+                          struct fv_metrics *metrics, bool (*stopped)(void *), void *context)
 {
     struct fv_metrics_picture *half = &r->segment[1].picture[FV_REFERENCE_BEFORE]; /* not rendered yet */
     struct fv_metrics_picture *all = &r->segment[0].picture[FV_REFERENCE_LAST];
@@ -173,13 +184,14 @@ static void measure_segment(struct fv_reference *r, int segment, const struct fv
     }
     f->buffer[FV_DEPTH][0] = NULL;
     fv_map_set(&s->map, &f->view[0], &before);
-    s->flicker = fv_flicker(&s->picture[FV_REFERENCE_LAST], &s->picture[FV_REFERENCE_BEFORE], &s->map,
-                            s->inverse_depth[FV_REFERENCE_LAST], s->inverse_depth[FV_REFERENCE_BEFORE], f->stride);
+    s->flicker =
+        fv_flicker(&s->picture[FV_REFERENCE_LAST], &s->picture[FV_REFERENCE_BEFORE], &s->map,
+                   s->inverse_depth[FV_REFERENCE_LAST], s->inverse_depth[FV_REFERENCE_BEFORE], f->stride);
 }
 
 int fv_reference_make(struct fv_reference *r, const char *folder, const char *key,
-                      const struct fv_sweep_frame (*frames)[FV_REFERENCE_PICTURES], struct fv_metrics *metrics,
-                      bool (*stopped)(void *context),
+                      const struct fv_sweep_frame (*frames)[FV_REFERENCE_PICTURES],
+                      struct fv_metrics *metrics, bool (*stopped)(void *context),
                       void (*progress)(void *context, const char *what, double done), void *context,
                       struct fv_error *error)
 {
@@ -197,9 +209,11 @@ int fv_reference_make(struct fv_reference *r, const char *folder, const char *ke
         if (fv_picture_png(&r->segment[0].picture[FV_REFERENCE_LAST], path, error)) return -1;
     }
     for (int s = 0; s < FV_SWEEP_SEGMENTS; s++) {
-        for (int i = fv_reference_flickers(s) ? 0 : FV_REFERENCE_LAST; i < FV_REFERENCE_PICTURES; i++, done++) {
+        for (int i = fv_reference_flickers(s) ? 0 : FV_REFERENCE_LAST; i < FV_REFERENCE_PICTURES;
+             i++, done++) {
             if (stopped(context)) return 1;
-            snprintf(what, sizeof what, "reference, %d samples a pixel: picture %d of %d", r->spp, done + 1, PICTURES);
+            snprintf(what, sizeof what, "reference, %d samples a pixel: picture %d of %d", r->spp, done + 1,
+                     PICTURES);
             progress(context, what, (double)done / PICTURES);
             if (load_or_render(r, folder, s, i, &frames[s][i], error)) return -1;
         }

@@ -3,8 +3,9 @@
  * picture of the frame before, and exact depth.
  *
  * Rendered once, with FV_REFERENCE_SPP_MIN samples, doubled until half of them agree with all to
- * FV_REFERENCE_DB (so that all of them are some 6 dB better), but with no more than FV_REFERENCE_RAYS (half the
- * least samples, if need be): not by the clock, so that machines that share a sweep judge alike. Kept as PNG in a folder with a file that says of what they are. */
+ * FV_REFERENCE_DB (so that all of them are some 6 dB better), but with no more than FV_REFERENCE_RAYS (half
+ * the least samples, if need be): not by the clock, so that machines that share a sweep judge alike. Kept as
+ * PNG in a folder with a file that says of what they are. */
 #ifndef FV_MEASURE_REFERENCE_H
 #define FV_MEASURE_REFERENCE_H
 
@@ -50,16 +51,17 @@ struct fv_reference {
 };
 
 /* Takes the memory. */
-void fv_reference_open(struct fv_reference *reference, const struct fv_config *config, const struct fv_tracer *tracer,
-                       struct fv_workers *workers);
+void fv_reference_open(struct fv_reference *reference, const struct fv_config *config,
+                       const struct fv_tracer *tracer, struct fv_workers *workers);
 
 /* -1 with the error set where the folder (which need not be there) holds references of another `key`. */
 int fv_reference_check(const char *folder, const char *key, struct fv_error *error);
 
-/* Renders or loads all segments: frames[segment][FV_REFERENCE_PICTURES]. `stopped` and `progress` as in struct fv_sweep_io. Returns 0; 1: stopped; -1 with the error set. */
+/* Renders or loads all segments: frames[segment][FV_REFERENCE_PICTURES]. `stopped` and `progress` as in
+ * struct fv_sweep_io. Returns 0; 1: stopped; -1 with the error set. */
 int fv_reference_make(struct fv_reference *reference, const char *folder, const char *key,
-                      const struct fv_sweep_frame (*frames)[FV_REFERENCE_PICTURES], struct fv_metrics *metrics,
-                      bool (*stopped)(void *context),
+                      const struct fv_sweep_frame (*frames)[FV_REFERENCE_PICTURES],
+                      struct fv_metrics *metrics, bool (*stopped)(void *context),
                       void (*progress)(void *context, const char *what, double done), void *context,
                       struct fv_error *error);
 

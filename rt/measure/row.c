@@ -18,14 +18,30 @@ static const struct field {
     enum kind kind;
     size_t offset, size; /* size: of a TEXT */
 } fields[] = {
-#define FIELD(name, kind) {#name, kind, offsetof(struct fv_measure_row, name), sizeof ((struct fv_measure_row *)0)->name}
-    FIELD(scene, TEXT),         FIELD(method, TEXT),      FIELD(level, INT),
-    FIELD(parameters, TEXT),    FIELD(about, TEXT),       FIELD(key, TEXT),
-    FIELD(frames, INT),         FIELD(pictures, INT),     FIELD(frame_ms, MEASURED),
-    FIELD(frame_ms_p99, REAL),  FIELD(full_frame_ms, MEASURED), FIELD(speedup, MEASURED),
-    FIELD(rays, REAL),          FIELD(sampled_fraction, REAL),  FIELD(psnr, ZONES),
-    FIELD(rmse, ZONES),         FIELD(ssim, ZONES),       FIELD(flip, ZONES),
-    FIELD(flicker, MEASURED),   FIELD(period_ms, REAL),
+#define FIELD(name, kind)                                                                                    \
+    {                                                                                                        \
+#name, kind, offsetof(struct fv_measure_row, name), sizeof((struct fv_measure_row *)0)->name         \
+    }
+    FIELD(scene, TEXT),
+    FIELD(method, TEXT),
+    FIELD(level, INT),
+    FIELD(parameters, TEXT),
+    FIELD(about, TEXT),
+    FIELD(key, TEXT),
+    FIELD(frames, INT),
+    FIELD(pictures, INT),
+    FIELD(frame_ms, MEASURED),
+    FIELD(frame_ms_p99, REAL),
+    FIELD(full_frame_ms, MEASURED),
+    FIELD(speedup, MEASURED),
+    FIELD(rays, REAL),
+    FIELD(sampled_fraction, REAL),
+    FIELD(psnr, ZONES),
+    FIELD(rmse, ZONES),
+    FIELD(ssim, ZONES),
+    FIELD(flip, ZONES),
+    FIELD(flicker, MEASURED),
+    FIELD(period_ms, REAL),
 #undef FIELD
 };
 enum { FIELDS = sizeof fields / sizeof fields[0] };
@@ -60,7 +76,8 @@ int fv_row_write(const struct fv_measure_row *row, const char *path, struct fv_e
     return fv_writer_close(&out, error);
 }
 
-/* The value of the line "name value", which must be the next one; moves on behind it. NULL where it is not. */
+/* The value of the line "name value", which must be the next one; moves on behind it. NULL where it is not.
+ */
 static char *take_line(char **at, const char *name)
 {
     size_t length = strlen(name);
@@ -117,11 +134,13 @@ int fv_row_read(struct fv_measure_row *row, const char *path, struct fv_error *e
     if (fv_file_read(path, 1 << 16, &text, &size, error)) return -1;
     bool good = strncmp(text, heading, sizeof heading - 1) == 0;
     at = text + (good ? sizeof heading - 1 : 0);
-    for (int i = 0; good && i < FIELDS; i++) good = read_field(&at, &fields[i], (char *)row + fields[i].offset);
+    for (int i = 0; good && i < FIELDS; i++)
+        good = read_field(&at, &fields[i], (char *)row + fields[i].offset);
     good = good && *at == 0 && row->frames >= 1 && row->level >= 0;
     free(text);
     if (good) return 0;
-    return fv_error_set(error, "%s: not a whole row of this version's measure; remove it to measure it again", path);
+    return fv_error_set(error, "%s: not a whole row of this version's measure; remove it to measure it again",
+                        path);
 }
 
 static int place_of(const char *method)
@@ -149,14 +168,17 @@ bool fv_row_is_pareto(const struct fv_measure_row *row, int rows, int which, enu
     const struct fv_measure_row *r = &row[which];
     if (isnan(r->psnr[zone].value) || isnan(r->speedup.value)) return false;
     for (int i = 0; i < rows; i++) {
-        double faster = row[i].speedup.value - r->speedup.value, better = row[i].psnr[zone].value - r->psnr[zone].value;
+        double faster = row[i].speedup.value - r->speedup.value,
+               better = row[i].psnr[zone].value - r->psnr[zone].value;
         if (row[i].psnr[zone].value == r->psnr[zone].value) better = 0; /* both infinite */
-        if (strcmp(row[i].scene, r->scene) == 0 && faster >= 0 && better >= 0 && faster + better > 0) return false;
+        if (strcmp(row[i].scene, r->scene) == 0 && faster >= 0 && better >= 0 && faster + better > 0)
+            return false;
     }
     return true;
 }
 
-int fv_rows_reach(const struct fv_measure_row *row, int rows, const char *method, enum fv_zone zone, double decibel)
+int fv_rows_reach(const struct fv_measure_row *row, int rows, const char *method, enum fv_zone zone,
+                  double decibel)
 {
     int best = -1;
     for (int i = 0; i < rows; i++) {
@@ -179,16 +201,28 @@ int fv_rows_csv(const struct fv_measure_row *row, int rows, const char *path, st
 {
     static struct fv_writer out;
     if (fv_writer_open(&out, path, error)) return -1;
-    fv_writer_print(&out, "scene,method,level,parameters,frame_ms_p50,frame_ms_p99,full_frame_ms_p50,speedup,rays,"
-                          "sampled_fraction,psnr_all,psnr_fovea,psnr_para,psnr_peri,psnr_near,psnr_far,rmse,ssim,"
-                          "flip,flicker\n");
+    fv_writer_print(&out,
+                    "scene,method,level,parameters,frame_ms_p50,frame_ms_p99,full_frame_ms_p50,speedup,rays,"
+                    "sampled_fraction,psnr_all,psnr_fovea,psnr_para,psnr_peri,psnr_near,psnr_far,rmse,ssim,"
+                    "flip,flicker\n");
     for (const struct fv_measure_row *r = row; r < row + rows; r++) {
         fv_writer_print(&out, "%s,%s,%d,%s,", r->scene, r->method, r->level, r->parameters);
-        const double cells[] = {r->frame_ms.value, r->frame_ms_p99, r->full_frame_ms.value, r->speedup.value, r->rays,
-                                r->sampled_fraction, r->psnr[FV_ZONE_ALL].value, r->psnr[FV_ZONE_FOVEA].value,
-                                r->psnr[FV_ZONE_PARA].value, r->psnr[FV_ZONE_PERI].value, r->psnr[FV_ZONE_NEAR].value,
-                                r->psnr[FV_ZONE_FAR].value, r->rmse[FV_ZONE_ALL].value, r->ssim[FV_ZONE_ALL].value,
-                                r->flip[FV_ZONE_ALL].value, r->flicker.value};
+        const double cells[] = {r->frame_ms.value,
+                                r->frame_ms_p99,
+                                r->full_frame_ms.value,
+                                r->speedup.value,
+                                r->rays,
+                                r->sampled_fraction,
+                                r->psnr[FV_ZONE_ALL].value,
+                                r->psnr[FV_ZONE_FOVEA].value,
+                                r->psnr[FV_ZONE_PARA].value,
+                                r->psnr[FV_ZONE_PERI].value,
+                                r->psnr[FV_ZONE_NEAR].value,
+                                r->psnr[FV_ZONE_FAR].value,
+                                r->rmse[FV_ZONE_ALL].value,
+                                r->ssim[FV_ZONE_ALL].value,
+                                r->flip[FV_ZONE_ALL].value,
+                                r->flicker.value};
         enum { CELLS = sizeof cells / sizeof cells[0] };
         for (int i = 0; i < CELLS; i++) write_cell(&out, cells[i], i + 1 < CELLS ? ',' : '\n');
     }

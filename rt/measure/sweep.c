@@ -39,10 +39,12 @@ struct fv_sweep {
     double done_seconds, all_seconds; /* of the rows, guessed */
 };
 
-static void file_name(const struct fv_sweep *s, char *path, size_t size, const char *folder, int n, const char *ending)
+static void file_name(const struct fv_sweep *s, char *path, size_t size, const char *folder, int n,
+                      const char *ending)
 {
     const struct place *p = &s->place[n];
-    snprintf(path, size, "%s/%s/%s-%s-%d%s", s->out, folder, s->scene, s->contender[p->method].plan.method->name, p->level, ending);
+    snprintf(path, size, "%s/%s/%s-%s-%d%s", s->out, folder, s->scene,
+             s->contender[p->method].plan.method->name, p->level, ending);
 }
 
 /* Letters, digits and -._ stay: the name becomes part of file names and of a CSV cell. */
@@ -78,7 +80,8 @@ static int choose_rows(struct fv_sweep *s, const struct fv_sweep_choice *choice,
 /* Every frame that is looked at, in the order of time. */
 static void latch_frames(struct fv_sweep *s)
 {
-    double between = s->config.scene_path_seconds > 0 ? s->config.scene_path_seconds / FV_SWEEP_SEGMENTS : MANY_SECONDS;
+    double between =
+        s->config.scene_path_seconds > 0 ? s->config.scene_path_seconds / FV_SWEEP_SEGMENTS : MANY_SECONDS;
     int64_t period_ns = llround(1e9 / s->config.budget_hz);
     for (int i = 0; i < FV_SWEEP_SEGMENTS; i++)
         for (int k = 0; k < FV_SWEEP_FRAMES; k++) {
@@ -96,7 +99,8 @@ static int read_row(const struct fv_sweep *s, int n, struct fv_measure_row *row,
     if (!fv_file_exists(path)) return 0;
     if (fv_row_read(row, path, error)) return -1;
     if (strcmp(row->key, s->key) == 0) return 1;
-    return fv_error_set(error, "%s: of another scene, version or other settings; remove it or give another --out", path);
+    return fv_error_set(
+        error, "%s: of another scene, version or other settings; remove it or give another --out", path);
 }
 
 static int find_rows(struct fv_sweep *s, struct fv_error *error)
@@ -111,8 +115,8 @@ static int find_rows(struct fv_sweep *s, struct fv_error *error)
 }
 
 int fv_sweep_open(struct fv_sweep **sweep, const struct fv_config *config, const struct fv_tracer *tracer,
-                  struct fv_workers *workers, const struct fv_sweep_io *io, const struct fv_sweep_choice *choice,
-                  const char *out, struct fv_error *error)
+                  struct fv_workers *workers, const struct fv_sweep_io *io,
+                  const struct fv_sweep_choice *choice, const char *out, struct fv_error *error)
 {
     struct fv_sweep *s = *sweep = fv_arena_take(fv_arena(), "sweep", sizeof *s, 64);
     char folder[FV_PATH_MAX + 16];
@@ -190,8 +194,8 @@ static double share_out(struct fv_sweep *s, double most, double judging)
     return all;
 }
 
-/* Rows of many full frames each, which would take more than their part even with the fewest, are left out unless
- * they were asked for. */
+/* Rows of many full frames each, which would take more than their part even with the fewest, are left out
+ * unless they were asked for. */
 static void leave_out(struct fv_sweep *s, double judging)
 {
     int kept = 0;
@@ -208,7 +212,9 @@ static void leave_out(struct fv_sweep *s, double judging)
 static void plan_time(struct fv_sweep *s, double judging)
 {
     for (struct place *p = s->place; p < s->place + s->rows; p++)
-        if (!p->there) p->frame_seconds = fv_contest_guess(&s->contest, &s->contender[p->method], p->level, s->full_seconds);
+        if (!p->there)
+            p->frame_seconds =
+                fv_contest_guess(&s->contest, &s->contender[p->method], p->level, s->full_seconds);
     if (!s->asked) leave_out(s, judging);
     double spent = (double)(fv_clock_now_ns(&fv_clock_monotonic) - s->start_ns) * 1e-9;
     double left = fmax(s->seconds - spent, 0), low = 0, high = s->seconds;
@@ -224,11 +230,13 @@ static void describe(struct fv_sweep *s)
 {
     const struct fv_config *c = &s->config;
     snprintf(s->about, sizeof s->about,
-             "%.60s, %s, %d thread%s; %.32s, %d x %lld x %lld px at %g Hz, %.1f px a degree; reference of %d samples a pixel, "
+             "%.60s, %s, %d thread%s; %.32s, %d x %lld x %lld px at %g Hz, %.1f px a degree; reference of %d "
+             "samples a pixel, "
              "half of which agree with them to %.3g dB",
-             fv_cpu_name(), fv_cpu_isa_name(s->tracer->isa), s->workers->count, s->workers->count == 1 ? "" : "s",
-             c->display_headset, (int)c->display_eyes, (long long)c->display_width, (long long)c->display_height,
-             c->budget_hz, s->contest.ppd, s->reference.spp, s->reference.agreement_db);
+             fv_cpu_name(), fv_cpu_isa_name(s->tracer->isa), s->workers->count,
+             s->workers->count == 1 ? "" : "s", c->display_headset, (int)c->display_eyes,
+             (long long)c->display_width, (long long)c->display_height, c->budget_hz, s->contest.ppd,
+             s->reference.spp, s->reference.agreement_db);
 }
 
 int fv_sweep_prepare(struct fv_sweep *s, struct fv_error *error)
@@ -242,11 +250,12 @@ int fv_sweep_prepare(struct fv_sweep *s, struct fv_error *error)
     snprintf(path, sizeof path, "%s/pictures", s->out);
     if (fv_folder_make(path, error)) return -1;
     snprintf(path, sizeof path, "%s/reference", s->out);
-    int state = fv_reference_make(&s->reference, path, s->key, frames, s->contest.metrics, s->io.stopped, s->io.progress,
-                                  s->io.context, error);
+    int state = fv_reference_make(&s->reference, path, s->key, frames, s->contest.metrics, s->io.stopped,
+                                  s->io.progress, s->io.context, error);
     if (state) return state;
     snprintf(path, sizeof path, "%s/pictures/%s-reference.jpg", s->out, s->scene);
-    if (fv_picture_jpeg(&s->reference.segment[FV_CONTEST_SHOWN].picture[FV_REFERENCE_LAST], path, error)) return -1;
+    if (fv_picture_jpeg(&s->reference.segment[FV_CONTEST_SHOWN].picture[FV_REFERENCE_LAST], path, error))
+        return -1;
     describe(s);
     double judging;
     fv_contest_calibrate(&s->contest, &s->full_seconds, &judging);
@@ -254,7 +263,8 @@ int fv_sweep_prepare(struct fv_sweep *s, struct fv_error *error)
     return 0;
 }
 
-int fv_sweep_row(struct fv_sweep *s, int n, struct fv_measure_row *row, bool *measured, struct fv_error *error)
+int fv_sweep_row(struct fv_sweep *s, int n, struct fv_measure_row *row, bool *measured,
+                 struct fv_error *error)
 {
     static char what[96], path[FV_PATH_MAX + 160], picture[FV_PATH_MAX + 160], difference[FV_PATH_MAX + 160];
     const struct place *p = &s->place[n];

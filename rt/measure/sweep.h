@@ -19,7 +19,8 @@ enum { FV_SWEEP_WARM = 6, FV_SWEEP_TIMED = 6, FV_SWEEP_REPEATS_MAX = 100, FV_SWE
 struct fv_sweep_io {
     void *context;
     /* As in struct fv_loop_io; times grow from call to call. */
-    void (*latch)(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3], double *uncertainty_deg);
+    void (*latch)(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3],
+                  double *uncertainty_deg);
     /* True when the user wants it to end: the row under way is given up. */
     bool (*stopped)(void *context);
     /* What is being done, and the part of the whole that is done, 0 to 1. */
@@ -28,10 +29,10 @@ struct fv_sweep_io {
 
 /* Which rows; what they may take. */
 struct fv_sweep_choice {
-    const char *method;  /* NULL: all */
-    int level;           /* -1: all */
-    int shard, shards;   /* every shards-th row from row shard (0-based) on */
-    double seconds;      /* for everything together, about; usually FV_SWEEP_SECONDS */
+    const char *method; /* NULL: all */
+    int level;          /* -1: all */
+    int shard, shards;  /* every shards-th row from row shard (0-based) on */
+    double seconds;     /* for everything together, about; usually FV_SWEEP_SECONDS */
 };
 
 struct fv_sweep; /* opaque, in the arena */
@@ -40,8 +41,8 @@ struct fv_sweep; /* opaque, in the arena */
  * Returns 0, or -1 with the error set: no such row, or `out` holds what another scene, version or
  * settings made. */
 int fv_sweep_open(struct fv_sweep **sweep, const struct fv_config *config, const struct fv_tracer *tracer,
-                  struct fv_workers *workers, const struct fv_sweep_io *io, const struct fv_sweep_choice *choice,
-                  const char *out, struct fv_error *error);
+                  struct fv_workers *workers, const struct fv_sweep_io *io,
+                  const struct fv_sweep_choice *choice, const char *out, struct fv_error *error);
 
 /* Rows of this choice, fewer once it is prepared: those left out would take too long for the time given. */
 int fv_sweep_left_out(const struct fv_sweep *sweep);
@@ -56,6 +57,7 @@ const char *fv_sweep_key(const struct fv_sweep *sweep);
 int fv_sweep_prepare(struct fv_sweep *sweep, struct fv_error *error);
 
 /* Row n: from its file where it is there (*measured false), else measured and written. Returns as above. */
-int fv_sweep_row(struct fv_sweep *sweep, int n, struct fv_measure_row *row, bool *measured, struct fv_error *error);
+int fv_sweep_row(struct fv_sweep *sweep, int n, struct fv_measure_row *row, bool *measured,
+                 struct fv_error *error);
 
 #endif

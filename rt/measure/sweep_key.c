@@ -38,8 +38,10 @@ static bool counts(const struct fv_key *key)
     static const char *const sections[] = {"display", "method", "fovea", "threads"};
     static const char *const without[] = {"sink", "y4m_path", "headset", "name", "sealed_heap"};
     bool in = false;
-    for (unsigned i = 0; i < sizeof sections / sizeof sections[0]; i++) in |= strcmp(key->section, sections[i]) == 0;
-    for (unsigned i = 0; i < sizeof without / sizeof without[0]; i++) in &= strcmp(key->name, without[i]) != 0;
+    for (unsigned i = 0; i < sizeof sections / sizeof sections[0]; i++)
+        in |= strcmp(key->section, sections[i]) == 0;
+    for (unsigned i = 0; i < sizeof without / sizeof without[0]; i++)
+        in &= strcmp(key->name, without[i]) != 0;
     return in;
 }
 
@@ -71,8 +73,9 @@ static uint64_t hash_scene(uint64_t h, const struct fv_scene *s)
     return hash(h, &s->exposure, sizeof s->exposure);
 }
 
-void fv_sweep_fingerprint(char *out, unsigned size, const struct fv_config *config, const struct fv_scene *scene,
-                  const struct fv_sweep_frame (*frames)[FV_SWEEP_FRAMES])
+void fv_sweep_fingerprint(char *out, unsigned size, const struct fv_config *config,
+                          const struct fv_scene *scene,
+                          const struct fv_sweep_frame (*frames)[FV_SWEEP_FRAMES])
 {
     uint64_t h = hash_program(0xcbf29ce484222325u);
     h = hash_settings(h, config);

@@ -5,7 +5,8 @@
 
 #include "rt/measure/contest.h"
 
-void fv_sweep_fingerprint(char *out, unsigned size, const struct fv_config *config, const struct fv_scene *scene,
-                  const struct fv_sweep_frame (*frames)[FV_SWEEP_FRAMES]);
+void fv_sweep_fingerprint(char *out, unsigned size, const struct fv_config *config,
+                          const struct fv_scene *scene,
+                          const struct fv_sweep_frame (*frames)[FV_SWEEP_FRAMES]);
 
 #endif
