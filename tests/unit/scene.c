@@ -87,7 +87,6 @@ static void settings_that_are_refused(void **state)
         {{"scene.file=broken.obj"}, "broken.obj:2: vertex index 9"},
         {{"scene.file=one.obj", "scene.ambient=1 1 1, 2 2 2"}, "scene.ambient: 2 colours, must be one"},
         {{"scene.file=one.obj", "scene.sky=-1 0 0"}, "scene.sky: -1: must be 0 or more"},
-        {{"scene.file=one.obj", "scene.sky=1e300 0 0"}, "scene.sky: 1e+300 is out of range"},
         {{"scene.file=one.obj", "scene.sun=0 1 0 1 1 1, 0 0 0 1 1 1"}, "scene.sun: row 2: a sun's direction"},
         {{"scene.file=one.obj", "scene.point_lights=0 0 0 1 1 -1"},
          "scene.point_lights: row 1: a light's colour"},
