@@ -13,7 +13,7 @@
 #include "rt/measure/metrics.h"
 
 enum { FV_SWEEP_SEGMENTS = 5, FV_REFERENCE_SPP_MIN = 64, FV_REFERENCE_SPP_MAX = 256, FV_REFERENCE_DB = 45 };
-#define FV_REFERENCE_RAYS 4e9 /* of the whole reference: two minutes or three on two cores */
+#define FV_REFERENCE_RAYS 3e9 /* of the whole reference: one minute to three on two cores */
 
 /* What a frame is latched from. */
 struct fv_sweep_frame {
