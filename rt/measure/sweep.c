@@ -202,7 +202,7 @@ static void leave_out(struct fv_sweep *s, double judging)
     share_out(s, 0, judging);
     for (int i = 0; i < s->rows; i++) {
         const struct place *p = &s->place[i];
-        bool dear = p->frame_seconds > 4.5 * s->full_seconds && p->seconds > s->seconds / 8;
+        bool dear = p->frame_seconds > 3.5 * s->full_seconds && p->seconds > s->seconds / 8;
         if (dear && !p->there) s->left_out++;
         else s->place[kept++] = *p;
     }
