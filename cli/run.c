@@ -32,8 +32,10 @@ static void on_signal(int number)
     stopped = 1;
 }
 
-static void latch(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3], double *uncertainty_deg)
+static void latch(void *context, int64_t now_ns, int64_t t_ns, struct fv_pose *head, double gaze[2][3],
+                  double *uncertainty_deg)
 {
+    (void)now_ns;
     struct run *r = context;
     struct fv_pose relative;
     struct fv_gaze g;
@@ -159,7 +161,7 @@ int fv_verb_run(const struct fv_arguments *a)
     struct sigaction action = {.sa_handler = on_signal};
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
-    struct fv_loop_io io = {&r, latch, wants, present, after};
+    struct fv_loop_io io = {&r, latch, wants, present, NULL, after};
     fv_heap_seal(strcmp(r.setup.config.threads_sealed_heap, "fatal") == 0);
     fv_loop_run(&r.setup.loop, &io, r.frames);
     fill_session(&r);

@@ -139,7 +139,7 @@ void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t fram
         struct fv_pose head;
         double gaze[2][3], uncertainty_deg;
         int64_t t_ns = n * loop->period_ns;
-        io->latch(io->context, t_ns, &head, gaze, &uncertainty_deg);
+        io->latch(io->context, t_ns, t_ns, &head, gaze, &uncertainty_deg);
         fv_loop_frame(loop, &head, gaze, uncertainty_deg, t_ns, &record);
         if (io->wants(io->context, n, n + 1 == frames)) {
             float *ms = &record.stage_ms[loop->plan->passes];

@@ -10,13 +10,18 @@
 /* What the loop asks for and hands out. */
 struct fv_loop_io {
     void *context;
-    /* Head pose in the world and each eye's gaze (unit, head space) for the session time t_ns. */
-    void (*latch)(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3], double *uncertainty_deg);
+    /* Head pose in the world and each eye's gaze (unit, head space) for showing at the session time show_ns,
+     * from what sensors know at now_ns <= show_ns. */
+    void (*latch)(void *context, int64_t now_ns, int64_t show_ns, struct fv_pose *head, double gaze[2][3],
+                  double *uncertainty_deg);
     /* True when the picture of this frame is wanted. */
     bool (*wants)(void *context, int64_t frame, bool last);
     /* The finished picture: `frame`'s FV_PICTURE buffers. */
     void (*present)(void *context, const struct fv_frame *frame);
-    /* Called after each frame; returns false to stop. */
+    /* What was decided for this frame when it was recorded: it is done again. False: there is none. NULL:
+     * nothing is replayed. */
+    bool (*decided)(void *context, int64_t frame, struct fv_decision *decision);
+    /* Called after each frame, its record whole; returns false to stop. */
     bool (*after)(void *context, const struct fv_session *session, const struct fv_frame_record *record);
 };
 

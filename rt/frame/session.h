@@ -9,14 +9,33 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { FV_STAGES_MAX = 16, FV_PLAN_ROWS_MAX = 96 };
+enum { FV_STAGES_MAX = 16, FV_PLAN_ROWS_MAX = 96, FV_RINGS = 36 };
+
+/* Width of a ring of eccentricity; the last one holds all that lies farther out. */
+#define FV_RING_DEG 2.5
+
+/* What was decided for a frame while it ran, by the clock: together with what was latched it makes the same
+ * picture again (replay). */
+struct fv_decision {
+    int64_t t_ns;                 /* session time that the frame was shown for */
+    int32_t level;                /* quality level; 0: what the settings say */
+    int32_t done[FV_STAGES_MAX];  /* tiles that each stage worked at before it was cut; -1: all */
+};
 
 struct fv_frame_record {
     int64_t frame, t_ns;          /* number and session time of display */
     float frame_ms;               /* wall time from the latch to the finished picture, all stages together */
     float cpu_ms;                 /* thread CPU time of all workers together */
     float stage_ms[FV_STAGES_MAX]; /* wall time of each stage */
-    int32_t level;                /* quality level */
+    float control_ms;             /* wall time of choosing the level and putting tiles in order */
+    float idle_ms;                /* of all workers together: waiting for each other within the stages */
+    float predicted_ms, budget_ms; /* what the level was predicted to take, of what it was allowed; 0: unknown */
+    float latch_ms;               /* from the latch to the deadline */
+    int32_t level;                /* quality level; 0: what the settings say */
+    int32_t periods;              /* display periods that the frame was given */
+    int32_t cut_tiles;            /* tiles left to their stand-in, of all stages together */
+    uint32_t late_stages;         /* bit s: stage s ended after the deadline */
+    struct fv_decision decision;
     float r0_deg, r1_deg, p_min;
     int64_t rays[FV_RAY_KINDS];
     float sampled_fraction;       /* primary rays (support nodes too) over pixels x samples a pixel, at most 1 */
@@ -36,6 +55,14 @@ struct fv_session {
     int64_t pixels;               /* of all eyes */
     /* The first `capacity` frames are kept; totals go on. */
     int64_t frames, capacity, missed, cut_frames;
+    int64_t skipped;              /* display periods that no new frame was ready for */
+    int levels;                   /* rows of the method's table, besides 0; 0: the level does not adapt */
+    /* What samples cost by eccentricity, of all frames together: FV_RING_DEG each from the gaze outwards. */
+    struct fv_ring {
+        double cpu_ns;            /* of stages that trace samples by tile, by wall time of their tiles */
+        int64_t units;            /* of their work (pass.h) */
+        int64_t tiles, cut;       /* worked at; left to their stand-in */
+    } ring[FV_RINGS];
     struct fv_frame_record *record;
     /* Sensors and memory, at the end. */
     int64_t gaze_samples, gaze_lost, imu_samples, imu_rejected;

@@ -154,9 +154,10 @@ struct run {
     double first_db;
 };
 
-static void latch(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3],
+static void latch(void *context, int64_t now_ns, int64_t t_ns, struct fv_pose *head, double gaze[2][3],
                   double *uncertainty_deg)
 {
+    assert_true(now_ns <= t_ns);
     struct run *run = context;
     pose_of(run->s, llround((double)t_ns / (double)run->s->loop.period_ns), head, gaze);
     *uncertainty_deg = 0.3;
@@ -212,7 +213,7 @@ static void many_frames(void **state)
     (void)state;
     struct run run = {.s = opened(&setups[1], "method.name=reproject")};
     struct fv_session *session = &run.s->session;
-    const struct fv_loop_io io = {&run, latch, wants, present, after};
+    const struct fv_loop_io io = {&run, latch, wants, present, NULL, after};
     memset(session->record, 0, (size_t)session->capacity * sizeof *session->record);
     clear_history(&run.s->loop.frame);
     run.s->loop.frame.number = (INT64_C(1) << 32) - frames_in_a_row / 2; /* wraps half way */
