@@ -8,8 +8,8 @@
 #include "platform/log.h"
 
 #include <assert.h>
+#include <errno.h>
 #include <linux/futex.h>
-#include <pthread.h>
 #include <sched.h>
 #include <string.h>
 #include <sys/syscall.h>
@@ -95,25 +95,35 @@ static void *worker_main(void *argument)
     }
 }
 
-static void pin_to_nth_core(pthread_t thread, int n)
+pthread_t fv_workers_thread(int worker)
+{
+    return handles[worker];
+}
+
+int fv_workers_pin(const struct fv_workers *w, struct fv_error *error)
 {
     cpu_set_t allowed, one;
-    if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;
-    int worker = n;
-    for (int core = 0; core < CPU_SETSIZE; core++) {
-        if (!CPU_ISSET(core, &allowed) || n-- > 0) continue;
+    if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return fv_error_set(error, "%s", strerror(errno));
+    int cores = CPU_COUNT(&allowed), worker = 0, refused = 0;
+    if (w->count > cores)
+        return fv_error_set(error, "%d workers on %d cores: not one for each", w->count, cores);
+    for (int core = 0; core < CPU_SETSIZE && worker < w->count && !refused; core++) {
+        if (!CPU_ISSET(core, &allowed)) continue;
         CPU_ZERO(&one);
         CPU_SET(core, &one);
-        int refused = pthread_setaffinity_np(thread, sizeof one, &one);
-        if (refused) fv_log("threads.pin: worker %d stays unpinned: %s", worker, strerror(refused));
-        return;
+        refused = pthread_setaffinity_np(handles[worker], sizeof one, &one);
+        if (!refused) worker++;
     }
+    if (!refused) return 0;
+    for (int i = 0; i < worker; i++) pthread_setaffinity_np(handles[i], sizeof allowed, &allowed);
+    return fv_error_set(error, "worker %d: %s", worker, strerror(refused));
 }
 
 int fv_workers_start(struct fv_workers *w, int count, bool pin)
 {
     assert(count >= 1 && count <= FV_WORKERS_MAX);
     *w = (struct fv_workers){.count = 1};
+    handles[0] = pthread_self();
     denormals_off();
     for (int i = 1; i < count; i++) {
         pthread_attr_t attributes;
@@ -126,11 +136,8 @@ int fv_workers_start(struct fv_workers *w, int count, bool pin)
         if (failed) break;
         w->count++;
     }
-    if (pin) {
-        /* The others first: the mask of the calling thread is the process's. */
-        for (int i = w->count - 1; i >= 1; i--) pin_to_nth_core(handles[i], i);
-        pin_to_nth_core(pthread_self(), 0);
-    }
+    struct fv_error error;
+    if (pin && fv_workers_pin(w, &error)) fv_log("workers stay unpinned: %s", error.text);
     return w->count;
 }
 

@@ -6,6 +6,9 @@
 #ifndef FV_PLATFORM_THREADS_H
 #define FV_PLATFORM_THREADS_H
 
+#include "platform/error.h"
+
+#include <pthread.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -35,6 +38,13 @@ int fv_threads_cores(void);
  * each worker to a core of its own where `pin` is set. Denormals are off in every worker.
  * Returns the number that could be started (at least 1). */
 int fv_workers_start(struct fv_workers *workers, int count, bool pin);
+
+/* Pins each worker to a core of its own, of those that the process may run on. Returns 0, or -1 with the
+ * reason in `error`; then none is pinned. */
+int fv_workers_pin(const struct fv_workers *workers, struct fv_error *error);
+
+/* The thread of a worker that was started; 0 is the thread that started them. */
+pthread_t fv_workers_thread(int worker);
 
 /* Runs function(context, tile, worker) for every tile in [0, tiles), on all workers, and
  * returns when all are done. */
