@@ -24,6 +24,9 @@ struct fv_numeric_row *fv_numerics_add(struct fv_numerics *numerics, const char 
 /* Sorts the errors and sets the row's percentiles; NaN where count is 0. */
 void fv_numerics_errors(struct fv_numeric_row *row, double *error, int count);
 
+/* The left eye's view from the start of the scene's path, straight ahead. */
+void fv_numerics_view(const struct fv_setup *setup, struct fv_view *view);
+
 void fv_experiment_integration(struct fv_setup *setup, struct fv_numerics *numerics);
 void fv_experiment_variants(struct fv_setup *setup, struct fv_numerics *numerics);
 void fv_experiment_depth(struct fv_setup *setup, struct fv_numerics *numerics);

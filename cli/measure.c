@@ -22,7 +22,6 @@ struct measure {
     struct fv_sweep *sweep;
     int64_t stage_ns;  /* when what is under way began */
     double stage_from; /* its part that was done then */
-    int64_t shown_ns;
 };
 
 static bool stopped(void *context)

@@ -2,15 +2,16 @@
 #include "cli/experiments.h"
 
 #include "rt/measure/depth.h"
+#include "rt/measure/rank.h"
 
 #include <assert.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 static void (*const experiments[])(struct fv_setup *setup, struct fv_numerics *numerics) = {
-    fv_experiment_variants, fv_experiment_integration, fv_experiment_depth, fv_experiment_head, fv_experiment_gaze};
+    fv_experiment_variants, fv_experiment_integration, fv_experiment_depth, fv_experiment_head,
+    fv_experiment_gaze};
 
 struct fv_numeric_row *fv_numerics_add(struct fv_numerics *n, const char *quantity, const char *method,
                                        const char *error_unit, const char *condition, ...)
@@ -28,28 +29,27 @@ struct fv_numeric_row *fv_numerics_add(struct fv_numerics *n, const char *quanti
     return r;
 }
 
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 void fv_numerics_errors(struct fv_numeric_row *row, double *error, int count)
 {
     if (count < 1) return;
-    qsort(error, (size_t)count, sizeof *error, compare);
-    row->error_p50 = error[(count - 1) / 2];
-    row->error_p95 = error[(int)ceil(0.95 * count) - 1];
+    fv_rank_sort(error, count);
+    row->error_p50 = fv_rank_percentile(error, count, 50);
+    row->error_p95 = fv_rank_percentile(error, count, 95);
+}
+
+void fv_numerics_view(const struct fv_setup *setup, struct fv_view *view)
+{
+    static const double ahead[3] = {0, 0, -1};
+    struct fv_pose stand;
+    fv_path_pose(&setup->config.scene_path, setup->config.scene_path_seconds, 0, &stand);
+    fv_loop_view(&setup->loop, 0, &stand, ahead, view);
 }
 
 void fv_experiment_depth(struct fv_setup *setup, struct fv_numerics *n)
 {
-    static const double ahead[3] = {0, 0, -1};
     struct fv_depth_row row[FV_DEPTH_ROWS];
-    struct fv_pose stand;
     struct fv_view view;
-    fv_path_pose(&setup->config.scene_path, setup->config.scene_path_seconds, 0, &stand);
-    fv_loop_view(&setup->loop, 0, &stand, ahead, &view);
+    fv_numerics_view(setup, &view);
     int rows = fv_depth_measure(&setup->tracer, &view, &setup->workers, row, n->stopped);
     for (int i = 0; i < rows; i++) {
         struct fv_numeric_row *r = fv_numerics_add(n, "depth interpolation", row[i].method, "of the depth",

@@ -48,13 +48,10 @@ static void head(int run, int64_t t_ns, double rotation[4], double rate[3])
 {
     const int64_t step_ns = 20000;
     struct fv_pose before, now, after;
-    double inverse[4], turn[4];
     fv_sim_head((uint64_t)run + 1, t_ns - step_ns, &before);
     fv_sim_head((uint64_t)run + 1, t_ns, &now);
     fv_sim_head((uint64_t)run + 1, t_ns + step_ns, &after);
-    fv_quat_conjugate(before.rotation, inverse);
-    fv_quat_multiply(inverse, after.rotation, turn);
-    fv_quat_to_vector(turn, rate);
+    fv_quat_between(before.rotation, after.rotation, rate);
     for (int i = 0; i < 3; i++) rate[i] /= 2e-9 * (double)step_ns;
     for (int i = 0; i < 4; i++) rotation[i] = now.rotation[i];
 }
@@ -68,15 +65,6 @@ static const struct {
     const char *name;
     int64_t period_ns;
 } rates[] = {{"1000 Hz", 1000000}, {"285.7 Hz", 3500000}, {"100 Hz", 10000000}};
-
-static double angle_deg(const double a[4], const double b[4])
-{
-    double inverse[4], d[4], v[3];
-    fv_quat_conjugate(a, inverse);
-    fv_quat_multiply(inverse, b, d);
-    fv_quat_to_vector(d, v);
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) / degree;
-}
 
 /* Errors of each integrator in each run, and the least cost of a sample. */
 static void run_all(motion *at, int64_t period_ns, double (*rate)[3], double error[][RUNS], double *ns)
@@ -94,7 +82,7 @@ static void run_all(motion *at, int64_t period_ns, double (*rate)[3], double err
             for (int i = 1; i <= samples; i++)
                 fv_attitude_add(&fv_integrators[m], &a, rate[i], 1e-9 * (double)period_ns);
             ns[m] = fmin(ns[m], (double)(fv_clock_thread_ns() - start_ns) / samples);
-            error[m][run] = angle_deg(end, a.rotation);
+            error[m][run] = fv_quat_angle(end, a.rotation) / degree;
         }
     }
 }

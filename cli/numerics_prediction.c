@@ -40,15 +40,6 @@ static double between_deg(const double a[3], const double b[3])
     return atan2(sine, a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) * (180 / M_PI);
 }
 
-static double turned_deg(const double a[4], const double b[4])
-{
-    double inverse[4], d[4], v[3];
-    fv_quat_conjugate(a, inverse);
-    fv_quat_multiply(inverse, b, d);
-    fv_quat_to_vector(d, v);
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * (180 / M_PI);
-}
-
 /* The rotation at a time, between the samples *at and *at + 1, which is moved on to it; false where there
  * is none or they are too far apart. */
 static bool head_at(const struct heads *h, int64_t *at, int64_t t_ns, double rotation[4])
@@ -74,7 +65,7 @@ static int head_errors(const struct heads *h, const struct fv_head_predictor *p,
         if (at < i) at = i;
         if (!head_at(h, &at, t_ns, came)) continue;
         p->predict(h->sample + i - (HISTORY - 1), HISTORY, t_ns, &predicted);
-        error[count++] = turned_deg(predicted.rotation, came);
+        error[count++] = fv_quat_angle(predicted.rotation, came) * (180 / M_PI);
     }
     return count;
 }

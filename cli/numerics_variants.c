@@ -59,13 +59,10 @@ static void set_errors(struct fv_numeric_row *row)
 
 void fv_experiment_variants(struct fv_setup *setup, struct fv_numerics *n)
 {
-    static const double ahead[3] = {0, 0, -1};
-    struct fv_pose stand;
     struct fv_view view;
     double least[FV_VARIANTS];
     enum fv_variant smallest = fv_variant_for(setup->scene.features);
-    fv_path_pose(&setup->config.scene_path, setup->config.scene_path_seconds, 0, &stand);
-    fv_loop_view(&setup->loop, 0, &stand, ahead, &view);
+    fv_numerics_view(setup, &view);
     if (view.width < SIDE || view.height < SIDE) return;
     place(&view);
     for (int k = 0; k < REPEATS && !fv_numerics_stopped(n); k++)

@@ -70,12 +70,25 @@ void fv_quat_to_vector(const double q[4], double out[3])
     for (int i = 0; i < 3; i++) out[i] = sign * scale * q[i + 1];
 }
 
+void fv_quat_between(const double a[4], const double b[4], double out[3])
+{
+    double step[4];
+    fv_quat_conjugate(a, step);
+    fv_quat_multiply(step, b, step);
+    fv_quat_to_vector(step, out);
+}
+
+double fv_quat_angle(const double a[4], const double b[4])
+{
+    double v[3];
+    fv_quat_between(a, b, v);
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
 void fv_quat_slerp(const double a[4], const double b[4], double t, double out[4])
 {
-    double inverse[4], step[4], vector[3];
-    fv_quat_conjugate(a, inverse);
-    fv_quat_multiply(inverse, b, step);
-    fv_quat_to_vector(step, vector);
+    double step[4], vector[3];
+    fv_quat_between(a, b, vector);
     for (int i = 0; i < 3; i++) vector[i] *= t;
     fv_quat_from_vector(vector, step);
     fv_quat_multiply(a, step, out);

@@ -33,6 +33,12 @@ void fv_quat_from_vector(const double r[3], double out[4]);
 /* Its inverse: the shortest rotation vector of q, radians; exact to rounding near 0. */
 void fv_quat_to_vector(const double q[4], double out[3]);
 
+/* The shortest rotation vector from a to b, radians, in a's axes: that of the inverse of a, times b. */
+void fv_quat_between(const double a[4], const double b[4], double out[3]);
+
+/* Its length: the angle from a to b, radians, 0 to pi. */
+double fv_quat_angle(const double a[4], const double b[4]);
+
 /* Spherical interpolation along the shorter arc; goes on at the same speed for t outside [0, 1]. At t = 1 it
  * is b or -b, the same rotation; half a turn apart, either arc. */
 void fv_quat_slerp(const double a[4], const double b[4], double t, double out[4]);
@@ -44,7 +50,8 @@ void fv_quat_from_yaw_pitch_roll(double yaw, double pitch, double roll, double o
 /* out = a then b inside a: position a + R_a * b, rotation a * b. */
 void fv_pose_compose(const struct fv_pose *a, const struct fv_pose *b, struct fv_pose *out);
 
-/* True when the pose can be one: each coordinate finite and at most 1e9 m, the rotation of unit length (to 1e-3). */
+/* True when the pose can be one: each coordinate finite and at most 1e9 m, the rotation of unit length (to
+ * 1e-3). */
 bool fv_pose_sound(const struct fv_pose *pose);
 
 #endif

@@ -45,15 +45,6 @@ static double length3(const double v[3])
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/* Rotation vector from the newest sample to an older one. */
-static void turn_from(const struct fv_head_sample *newest, const struct fv_head_sample *older, double out[3])
-{
-    double inverse[4], step[4];
-    fv_quat_conjugate(newest->pose.rotation, inverse);
-    fv_quat_multiply(inverse, older->pose.rotation, step);
-    fv_quat_to_vector(step, out);
-}
-
 /* Least-squares slope over the newest n samples: of position, and of the rotation vector from the newest
  * one; no motion where there is none to be had. Two samples: their difference quotient. */
 static struct velocity slope(const struct fv_head_sample *const *s, int n)
@@ -63,7 +54,7 @@ static struct velocity slope(const struct fv_head_sample *const *s, int n)
     if (n < 2) return v;
     for (int i = 0; i < n; i++) {
         time[i] = -1e-9 * (double)(s[0]->t_ns - s[i]->t_ns);
-        turn_from(s[0], s[i], value[i]);
+        fv_quat_between(s[0]->pose.rotation, s[i]->pose.rotation, value[i]);
         for (int k = 0; k < 3; k++) value[i][3 + k] = s[i]->pose.position_m[k] - s[0]->pose.position_m[k];
         mean_t += time[i] / n;
         for (int k = 0; k < 6; k++) mean[k] += value[i][k] / n;

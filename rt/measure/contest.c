@@ -4,11 +4,10 @@
 #include "platform/arena.h"
 #include "rt/measure/flicker.h"
 #include "rt/measure/picture.h"
+#include "rt/measure/rank.h"
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { TIMES_MAX = FV_SWEEP_SEGMENTS * FV_SWEEP_TIMED * FV_SWEEP_REPEATS_MAX };
 
@@ -38,18 +37,17 @@ void fv_contest_open(struct fv_contest *c, struct fv_reference *reference, const
                      const struct fv_tracer *tracer, struct fv_workers *workers, const struct fv_sweep_io *io)
 {
     const struct fv_frame *f = &reference->loop.frame;
-    double degree = M_PI / 180;
-    double across =
-        (tan(config->display_fov_in_deg * degree) + tan(config->display_fov_out_deg * degree)) / f->width;
-    double down =
-        (tan(config->display_fov_up_deg * degree) + tan(config->display_fov_down_deg * degree)) / f->height;
+    const struct fv_pose origin = {{0, 0, 0}, {1, 0, 0, 0}};
+    const double ahead[3] = {0, 0, -1};
+    struct fv_view view;
+    fv_loop_view(&reference->loop, 0, &origin, ahead, &view);
     c->reference = reference;
     c->workers = workers;
     c->io = io;
     c->plain = *config;
     c->plain.method_spp = 1;
     snprintf(c->plain.display_sink, sizeof c->plain.display_sink, "none");
-    c->ppd = degree / sqrt(across * down);
+    c->ppd = M_PI / 180 / (double)view.pixel_size;
     c->metrics = fv_metrics_open(f->width, f->height, c->ppd);
     c->before = fv_arena_take(fv_arena(), "judged picture", (size_t)f->width * (size_t)f->height * 3, 64);
     fv_contender_plan(&c->full, fv_method_find("full"), &c->plain, tracer);
@@ -61,24 +59,11 @@ static void render(struct fv_contender *c, const struct fv_sweep_frame *f, struc
     fv_loop_frame(&c->loop, &f->head, f->gaze, f->uncertainty_deg, f->t_ns, record);
 }
 
-static int compare_numbers(const void *a, const void *b)
-{
-    double p = *(const double *)a, q = *(const double *)b;
-    return (p > q) - (p < q);
-}
-
-/* By nearest rank, of sorted numbers. */
-static double percentile(const double *sorted, int n, double percent)
-{
-    int rank = (int)ceil(percent / 100 * n);
-    return sorted[rank < 1 ? 0 : rank - 1];
-}
-
 static struct fv_measured quartiles(double *value, int n)
 {
-    qsort(value, (size_t)n, sizeof *value, compare_numbers);
+    fv_rank_sort(value, n);
     double median = n % 2 ? value[n / 2] : (value[n / 2 - 1] + value[n / 2]) / 2;
-    return (struct fv_measured){median, percentile(value, n, 25), percentile(value, n, 75)};
+    return (struct fv_measured){median, fv_rank_percentile(value, n, 25), fv_rank_percentile(value, n, 75)};
 }
 
 void fv_contest_calibrate(struct fv_contest *c, double *full, double *judging)
@@ -133,18 +118,11 @@ static void time_frame(struct fv_contest *c, struct fv_contender *contender,
     t->times++;
 }
 
-static struct fv_metrics_picture picture_of(struct fv_contest *c, struct fv_contender *contender)
-{
-    struct fv_frame *f = &contender->loop.frame;
-    fv_pass_run(&fv_pass_present, f, c->workers);
-    return (struct fv_metrics_picture){f->width, f->height, 4, 4 * f->stride, f->buffer[FV_PICTURE][0]};
-}
-
 static int judge(struct fv_contest *c, struct fv_contender *contender, int segment, struct tally *t,
                  const char *picture, const char *difference, struct fv_error *error)
 {
     const struct fv_reference_segment *s = &c->reference->segment[segment];
-    struct fv_metrics_picture now = picture_of(c, contender);
+    struct fv_metrics_picture now = fv_picture_present(&contender->loop.frame, c->workers);
     struct fv_metrics_picture before = {now.width, now.height, 3, 3 * (int64_t)now.width, c->before};
     fv_metrics_compare(c->metrics, c->workers, &s->picture[FV_REFERENCE_LAST], &now, s->zone,
                        &t->errors[segment]);
@@ -206,7 +184,7 @@ static void fill_times(struct fv_measure_row *row, struct tally *t)
 {
     row->frames = t->times;
     row->frame_ms = quartiles(t->ms, t->times);
-    row->frame_ms_p99 = percentile(t->ms, t->times, 99);
+    row->frame_ms_p99 = fv_rank_percentile(t->ms, t->times, 99);
     row->full_frame_ms = quartiles(t->full_ms, t->full_times);
     row->speedup = quartiles(t->ratio, t->times);
     row->rays = t->rays / t->times;
@@ -250,7 +228,7 @@ int fv_contest_run(struct fv_contest *c, struct fv_contender *contender,
             else time_frame(c, contender, frame, with_full, &t);
             if (n >= FV_SWEEP_SEGMENTS || k != FV_SWEEP_FRAMES - 2 || !fv_reference_flickers(segment))
                 continue;
-            struct fv_metrics_picture before = picture_of(c, contender);
+            struct fv_metrics_picture before = fv_picture_present(&contender->loop.frame, c->workers);
             fv_picture_pack(&before, c->before);
         }
         if (n < FV_SWEEP_SEGMENTS && judge(c, contender, segment, &t, picture, difference, error)) return -1;

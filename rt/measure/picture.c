@@ -12,6 +12,12 @@
 
 enum { QUALITY = 88 };
 
+struct fv_metrics_picture fv_picture_present(struct fv_frame *f, struct fv_workers *workers)
+{
+    fv_pass_run(&fv_pass_present, f, workers);
+    return (struct fv_metrics_picture){f->width, f->height, 4, 4 * f->stride, f->buffer[FV_PICTURE][0]};
+}
+
 void fv_picture_pack(const struct fv_metrics_picture *p, uint8_t *rgb)
 {
     for (int y = 0; y < p->height; y++)

@@ -1,12 +1,17 @@
-/* picture: pictures of a sweep in files: PNG for what is compared again, JPEG for what is looked at. */
+/* picture: pictures of a sweep: a frame's, and those in files: PNG for what is compared again, JPEG for what
+ * is looked at. */
 #ifndef FV_MEASURE_PICTURE_H
 #define FV_MEASURE_PICTURE_H
 
 #include "platform/files.h"
 #include "rt/measure/metrics.h"
+#include "rt/pass/pass.h"
 
 /* FLIP that difference pictures show white: differences of good pictures are small. */
 static const float fv_difference_white = 0.25f;
+
+/* Runs the present pass on a frame whose colours are there; the left eye's picture, in the frame's buffer. */
+struct fv_metrics_picture fv_picture_present(struct fv_frame *frame, struct fv_workers *workers);
 
 /* Returns 0, or -1 with the error set: no half-written file is left. */
 int fv_picture_png(const struct fv_metrics_picture *picture, const char *path, struct fv_error *error);

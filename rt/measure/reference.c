@@ -40,35 +40,33 @@ void fv_reference_open(struct fv_reference *r, const struct fv_config *config, c
     }
 }
 
-/* 1 and the values where the folder has a reference, 0 where it has none. */
-static int read_about(const char *folder, char key[32], int *spp, double *agreement_db,
+/* 1 and the values where the folder has a reference of the key, 0 where it has none; -1: of another. */
+static int read_about(const char *folder, const char *key, int *spp, double *agreement_db,
                       struct fv_error *error)
 {
-    char path[FV_PATH_MAX + 32], *text;
+    char path[FV_PATH_MAX + 32], found[32], *text;
     size_t size;
     snprintf(path, sizeof path, "%s/%s", folder, about_name);
     if (!fv_file_exists(path)) return 0;
     if (fv_file_read(path, 4096, &text, &size, error)) return -1;
-    int n = sscanf(text, about_form, key, spp, agreement_db);
+    int n = sscanf(text, about_form, found, spp, agreement_db);
     free(text);
-    if (n == 3 && *spp >= 1 && *spp <= FV_REFERENCE_SPP_MAX) return 1;
-    return fv_error_set(
-        error, "%s: not a reference of this version's measure; remove the folder or give another --out",
-        path);
+    if (n != 3 || *spp < 1 || *spp > FV_REFERENCE_SPP_MAX)
+        return fv_error_set(
+            error, "%s: not a reference of this version's measure; remove the folder or give another --out",
+            path);
+    if (strcmp(found, key) == 0) return 1;
+    return fv_error_set(error,
+                        "%s: the reference of another scene, version or other settings; remove the "
+                        "folder or give another --out",
+                        folder);
 }
 
 int fv_reference_check(const char *folder, const char *key, struct fv_error *error)
 {
-    char found[32];
-    int spp, state;
+    int spp;
     double agreement_db;
-    state = read_about(folder, found, &spp, &agreement_db, error);
-    if (state == 1 && strcmp(found, key) != 0)
-        return fv_error_set(error,
-                            "%s: the reference of another scene, version or other settings; remove the "
-                            "folder or give another --out",
-                            folder);
-    return state < 0 ? -1 : 0;
+    return read_about(folder, key, &spp, &agreement_db, error) < 0 ? -1 : 0;
 }
 
 static int write_about(const struct fv_reference *r, const char *folder, const char *key,
@@ -111,10 +109,8 @@ static double render(struct fv_reference *r, const struct fv_sweep_frame *frame,
 /* The loop's picture, packed. */
 static void take_picture(struct fv_reference *r, uint8_t *rgb)
 {
-    struct fv_frame *f = &r->loop.frame;
-    fv_pass_run(&fv_pass_present, f, r->workers);
-    fv_picture_pack(
-        &(struct fv_metrics_picture){f->width, f->height, 4, 4 * f->stride, f->buffer[FV_PICTURE][0]}, rgb);
+    struct fv_metrics_picture picture = fv_picture_present(&r->loop.frame, r->workers);
+    fv_picture_pack(&picture, rgb);
 }
 
 /* Doubles the samples of the first picture until they no longer change it. 1: stopped. */
@@ -195,10 +191,10 @@ int fv_reference_make(struct fv_reference *r, const char *folder, const char *ke
                       void (*progress)(void *context, const char *what, double done), void *context,
                       struct fv_error *error)
 {
-    char found[32], what[64], path[FV_PATH_MAX + 48];
+    char what[64], path[FV_PATH_MAX + 48];
     int done = 0;
-    if (fv_folder_make(folder, error) || fv_reference_check(folder, key, error)) return -1;
-    int state = read_about(folder, found, &r->spp, &r->agreement_db, error);
+    if (fv_folder_make(folder, error)) return -1;
+    int state = read_about(folder, key, &r->spp, &r->agreement_db, error);
     if (state < 0) return -1;
     if (state == 0) {
         progress(context, "how many samples the reference needs", 0);

@@ -103,15 +103,13 @@ static int read_row(const struct fv_sweep *s, int n, struct fv_measure_row *row,
         error, "%s: of another scene, version or other settings; remove it or give another --out", path);
 }
 
-static int find_rows(struct fv_sweep *s, struct fv_error *error)
+static void find_rows(struct fv_sweep *s)
 {
-    struct fv_measure_row row;
+    char path[FV_PATH_MAX + 160];
     for (int i = 0; i < s->rows; i++) {
-        int there = read_row(s, i, &row, error);
-        if (there < 0) return -1;
-        s->place[i].there = there;
+        file_name(s, path, sizeof path, "rows", i, ".row");
+        s->place[i].there = fv_file_exists(path);
     }
-    return 0;
 }
 
 int fv_sweep_open(struct fv_sweep **sweep, const struct fv_config *config, const struct fv_tracer *tracer,
@@ -139,7 +137,8 @@ int fv_sweep_open(struct fv_sweep **sweep, const struct fv_config *config, const
     fv_sweep_fingerprint(s->key, sizeof s->key, &s->config, tracer->data, s->contest.frame);
     if (strlen(out) > FV_PATH_MAX - 200) return fv_error_set(error, "--out %.60s...: too long", out);
     snprintf(folder, sizeof folder, "%s/reference", out);
-    if (fv_reference_check(folder, s->key, error) || find_rows(s, error)) return -1;
+    if (fv_reference_check(folder, s->key, error)) return -1;
+    find_rows(s);
     fv_reference_open(&s->reference, &s->config, tracer, workers);
     fv_contest_open(&s->contest, &s->reference, &s->config, tracer, workers, &s->io);
     for (int i = 0; i < s->rows; i++)

@@ -38,8 +38,8 @@ struct fv_sweep_choice {
 struct fv_sweep; /* opaque, in the arena */
 
 /* Decides what is measured and takes all memory. `tracer`, `workers`, `io` and `out` stay the caller's.
- * Returns 0, or -1 with the error set: no such row, or `out` holds what another scene, version or
- * settings made. */
+ * Returns 0, or -1 with the error set: no such row, or `out` holds the reference of another scene, version or
+ * settings. Its rows are read when their turn comes (fv_sweep_row). */
 int fv_sweep_open(struct fv_sweep **sweep, const struct fv_config *config, const struct fv_tracer *tracer,
                   struct fv_workers *workers, const struct fv_sweep_io *io,
                   const struct fv_sweep_choice *choice, const char *out, struct fv_error *error);

@@ -7,6 +7,7 @@
 #include "platform/files.h"
 #include "rt/frame/loop.h"
 #include "rt/frame/path.h"
+#include "rt/measure/rank.h"
 #include "tests/support/program.h"
 
 #include <math.h>
@@ -88,12 +89,6 @@ static void bare_tile(void *context, int index, int worker)
         for (int i = 0; i < 16; i++) b->rays[worker] += b->valid[worker][p][i] != 0;
 }
 
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static void open_all(struct fv_config *config, struct fv_scene *scene, struct fv_tracer *tracer,
                      struct fv_workers *workers, struct fv_loop *loop, const char *library)
 {
@@ -147,9 +142,9 @@ static void full_against_bare_embree(void **state)
         int64_t rays = record.rays[FV_RAY_PRIMARY] + record.rays[FV_RAY_SHADOW], bare_rays = bare.rays[0] + bare.rays[1];
         assert_true(llabs(rays - bare_rays) < bare_rays / 20); /* the same rays, but for shading normals */
     }
-    qsort(ratio, ROUNDS, sizeof ratio[0], compare);
-    qsort(full_ms, ROUNDS, sizeof full_ms[0], compare);
-    qsort(bare_ms, ROUNDS, sizeof bare_ms[0], compare);
+    fv_rank_sort(ratio, ROUNDS);
+    fv_rank_sort(full_ms, ROUNDS);
+    fv_rank_sort(bare_ms, ROUNDS);
     print_message("full / bare Embree on Sponza, 1182 x 1464, %d poses: median %.3f (%.3f to %.3f); CPU ms %.1f / %.1f\n",
                   ROUNDS, ratio[ROUNDS / 2], ratio[0], ratio[ROUNDS - 1], full_ms[ROUNDS / 2], bare_ms[ROUNDS / 2]);
     assert_true(ratio[ROUNDS / 2] <= limit);

@@ -4,6 +4,7 @@
  * a table, with what the feature costs where a scene has it. With the argument `short` it only checks:
  * every kernel gives the same bits on what it covers, and what is left out takes no memory. */
 #include "platform/arena.h"
+#include "rt/measure/rank.h"
 #include "tests/support/room.h"
 
 enum { REPEATS = 61, SIDE = 256, EVERYTHING = FV_FEATURES_ALL };
@@ -65,19 +66,13 @@ enum { FEATURES = sizeof features / sizeof features[0] };
 static trace_function *const with_everything[FV_ISA_COUNT] = KERNELS(nothing);
 static trace_function *const with_points[FV_ISA_COUNT] = KERNELS(all);
 
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 struct spread {
     double low, median, high; /* quartiles */
 };
 
 static struct spread spread_of(double *value, int n)
 {
-    qsort(value, (size_t)n, sizeof *value, compare);
+    fv_rank_sort(value, n);
     return (struct spread){value[n / 4], value[n / 2], value[n - 1 - n / 4]};
 }
 

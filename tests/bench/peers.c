@@ -7,6 +7,7 @@
  * Each one's fastest frame of a run counts, which others on the machine disturb least. The cameras were
  * compared once by laying the pictures' edges over each other. */
 #include "platform/pose.h"
+#include "rt/measure/rank.h"
 #include "rt/scene/scene.h"
 #include "tests/support/program.h"
 
@@ -218,15 +219,9 @@ static const struct {
     [CYCLES] = {"Cycles", "blender", "blender", cycles_ms, 1},
 };
 
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static double median(double *value, int count)
 {
-    qsort(value, (size_t)count, sizeof *value, compare);
+    fv_rank_sort(value, count);
     return value[count / 2];
 }
 

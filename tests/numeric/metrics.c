@@ -185,15 +185,19 @@ static const struct {
     {24, 20, 20, 4, 1},     {12, 12, 67, 0, 40}, {40, 3, 12, 255, 0},   {16, 15, 5, 1, 255},
 };
 
+static void judge_case(struct judged *j, unsigned i)
+{
+    judged_noise(j, pictures[i].width, pictures[i].height, i + 1, pictures[i].contrast, pictures[i].error);
+    judge(j, pictures[i].ppd, NULL);
+}
+
 static void ssim_is_its_definition(void **state)
 {
     static struct judged j;
     double worst = 0;
     (void)state;
     for (unsigned i = 0; i < sizeof pictures / sizeof pictures[0]; i++) {
-        judged_noise(&j, pictures[i].width, pictures[i].height, i + 1, pictures[i].contrast,
-                     pictures[i].error);
-        judge(&j, pictures[i].ppd, NULL);
+        judge_case(&j, i);
         double expected = direct_ssim(&j);
         worst = fmax(worst, fabs(j.errors.ssim[FV_ZONE_ALL] - expected));
         check_near("ssim", j.errors.ssim[FV_ZONE_ALL], expected, 1e-4);
@@ -207,9 +211,7 @@ static void flip_is_its_definition(void **state)
     double worst = 0;
     (void)state;
     for (unsigned i = 0; i < sizeof pictures / sizeof pictures[0]; i++) {
-        judged_noise(&j, pictures[i].width, pictures[i].height, i + 1, pictures[i].contrast,
-                     pictures[i].error);
-        judge(&j, pictures[i].ppd, NULL);
+        judge_case(&j, i);
         for (int y = 0; y < j.height; y++)
             for (int x = 0; x < j.width; x++) {
                 double expected = flip_at(&j, x, y, pictures[i].ppd), value = (double)j.flip[y * j.width + x];

@@ -167,6 +167,7 @@ static void slerp(void **state)
                 struct long_rotation exact =
                     long_slerp(long_unit(long_of(from)), long_unit(long_of(to)), parts[p]);
                 double limit = 6 * eps * (1 + fabs(parts[p]));
+                assert_true(fabs(fv_quat_angle(from, to) - angles[a]) <= 6 * eps);
                 if (!(long_angle(out, exact) <= limit))
                     fail_msg("angle %.17g, part %g: off by %g", angles[a], parts[p], long_angle(out, exact));
                 for (int i = 0; i < 4; i++) minus[i] = -to[i];

@@ -22,15 +22,6 @@ static struct fv_pose turning(double deg_s, double m_s, int64_t t_ns)
     return (struct fv_pose){{(double)((long double)m_s * seconds), 1.6, 0}, {(double)cosl(half), 0, (double)sinl(half), 0}};
 }
 
-static double angle_deg(const double a[4], const double b[4])
-{
-    double inverse[4], d[4], v[3];
-    fv_quat_conjugate(a, inverse);
-    fv_quat_multiply(inverse, b, d);
-    fv_quat_to_vector(d, v);
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) / degree;
-}
-
 static double between_deg(const double a[3], const double b[3])
 {
     double c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
@@ -72,8 +63,10 @@ static void heads_in_steady_motion(void **state)
         for (int p = 0; p < FV_HEAD_PREDICTORS; p++) {
             struct fv_pose got;
             fv_head_predictors[p].predict(head, SAMPLES, t_ns, &got);
-            double error = angle_deg(want.rotation, got.rotation), held = steady[n].held_deg, bad = 0;
-            if (isnan(held)) bad = angle_deg(head[SAMPLES - 1].pose.rotation, got.rotation); /* all hold */
+            double error = fv_quat_angle(want.rotation, got.rotation) / degree;
+            double moved = fv_quat_angle(head[SAMPLES - 1].pose.rotation, got.rotation) / degree;
+            double held = steady[n].held_deg, bad = 0;
+            if (isnan(held)) bad = moved; /* all hold */
             else if (p == FV_PREDICT_HEAD_HOLD) bad = fabs(error - held);
             else if (p == FV_PREDICT_HEAD_DECAY) bad = fmax(0, error - 0.35 * held);
             else bad = error + fabs(want.position_m[0] - got.position_m[0]);
@@ -122,7 +115,7 @@ static void heads_from_spoilt_histories(void **state)
         for (int p = 0; p < FV_HEAD_PREDICTORS; p++) {
             fv_head_predictors[p].predict(head, SAMPLES, 83 * ms, &got);
             double more = p == FV_PREDICT_HEAD_HOLD ? 0.65 : p == FV_PREDICT_HEAD_DECAY ? 0.1 : 0;
-            double error = angle_deg(want.rotation, got.rotation);
+            double error = fv_quat_angle(want.rotation, got.rotation) / degree;
             if (!fv_head_pose_good(&got) || !(error < spoilt[n].most_deg + more))
                 fail_msg("%s, %s: %g degrees off", spoilt[n].what, fv_head_predictors[p].name, error);
         }
@@ -167,7 +160,7 @@ static void slope_averages_noise(void **state)
         struct fv_pose want = turning(30, 0, 83 * ms), got;
         for (int p = 0; p < FV_HEAD_PREDICTORS; p++) {
             fv_head_predictors[p].predict(head, SAMPLES, 83 * ms, &got);
-            sum[p] += angle_deg(want.rotation, got.rotation);
+            sum[p] += fv_quat_angle(want.rotation, got.rotation) / degree;
         }
     }
     assert_true(sum[FV_PREDICT_HEAD_SLOPE] < 0.15 * sum[FV_PREDICT_HEAD_TWO]);

@@ -28,15 +28,6 @@ static double angle_deg(const double a[3], const double b[3])
     return atan2(sine, a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) / degree;
 }
 
-static double turn_deg(const double a[4], const double b[4])
-{
-    double inverse[4], step[4], v[3];
-    fv_quat_conjugate(a, inverse);
-    fv_quat_multiply(inverse, b, step);
-    fv_quat_to_vector(step, v);
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) / degree;
-}
-
 static void head_moves_like_a_head(void **state)
 {
     (void)state;
@@ -46,11 +37,11 @@ static void head_moves_like_a_head(void **state)
         double sum = 0, fastest = 0, fastest_m_s = 0, farthest = 0, widest = 0;
         int steps = 60000;
         fv_sim_head(seeds[k], 0, &a);
-        assert_true(turn_deg(upright, a.rotation) < 4);
+        assert_true(fv_quat_angle(upright, a.rotation) / degree < 4);
         for (int i = 1; i <= steps; i++, a = b) {
             fv_sim_head(seeds[k], i * 2 * ms, &b);
             assert_true(fv_head_pose_good(&b));
-            double speed = turn_deg(a.rotation, b.rotation) / 0.002, way = 0, out = 0;
+            double speed = fv_quat_angle(a.rotation, b.rotation) / degree / 0.002, way = 0, out = 0;
             for (int c = 0; c < 3; c++) {
                 way += pow(b.position_m[c] - a.position_m[c], 2);
                 out += b.position_m[c] * b.position_m[c];
@@ -59,7 +50,7 @@ static void head_moves_like_a_head(void **state)
             fastest = fmax(fastest, speed);
             fastest_m_s = fmax(fastest_m_s, sqrt(way) / 0.002);
             farthest = fmax(farthest, sqrt(out));
-            widest = fmax(widest, turn_deg(upright, b.rotation));
+            widest = fmax(widest, fv_quat_angle(upright, b.rotation) / degree);
         }
         print_message("head, seed %llu: mean %.1f, fastest %.0f deg/s, to %.0f deg, %.2f m/s, to %.2f m\n",
                       (unsigned long long)seeds[k], sum / steps, fastest, widest, fastest_m_s, farthest);

@@ -265,15 +265,6 @@ static void lookup_interpolates_and_starts_again(void **state)
     assert_false(g.valid);
 }
 
-static double turn_deg(const double a[4], const double b[4])
-{
-    double inverse[4], step[4], v[3];
-    fv_quat_conjugate(a, inverse);
-    fv_quat_multiply(inverse, b, step);
-    fv_quat_to_vector(step, v);
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) / degree;
-}
-
 /* Axes of others: a known turn in their world is the same turn in ours. */
 static void axes_of_others_become_ours(void **state)
 {
@@ -318,7 +309,7 @@ static double faster(const struct fv_tape *tape, double deg_s, double *mean)
     int64_t fast = 0, count = 0, last = 0;
     double way = 0;
     for (int64_t i = 1; i < tape->heads; i++) {
-        double step = turn_deg(tape->head[last].pose.rotation, tape->head[i].pose.rotation);
+        double step = fv_quat_angle(tape->head[last].pose.rotation, tape->head[i].pose.rotation) / degree;
         double seconds = (double)(tape->head[i].t_ns - tape->head[last].t_ns) * 1e-9;
         if (seconds < 0.03) continue;
         way += step, count++, fast += step / seconds > deg_s, last = i;
