@@ -4,13 +4,14 @@
  * much work each level would be at this gaze (rays, nodes, pixels), and afterwards what the frame's work
  * took; control learns prices and chooses.
  *
- * Predicted time of a level = sum over costs of price x units x correction, over the workers, x stretch:
+ * Predicted time of a level = sum over costs of price x units x correction, over the workers, x stretch, x
+ * the level's factors:
  * - price: thread CPU ns a unit, so that a preempted thread teaches no wrong price;
  * - correction: units that came over those that were expected, 1/2 to 2;
  * - stretch: wall time x workers over CPU time, at least 1: other programs' load, idle workers;
- * - a level's own factor: where a raise turned out dearer than predicted, so that it is not tried again
- *   and again; forgotten when conditions change.
- * Each is a peak that is held (struct fv_peak). */
+ * - factors: by how much each of these three was dearer at this level than elsewhere, found in the first
+ *   frames after a raise to it; the level's samples are divided by them, so that they hold for the others.
+ * Price, correction and stretch are peaks that are held (struct fv_peak). */
 #ifndef FV_FRAME_CONTROL_H
 #define FV_FRAME_CONTROL_H
 
@@ -22,9 +23,10 @@ enum {
     FV_LEVELS_MAX = 16
 };
 
-/* An upper estimate of something measured once a frame. Rises when two of the last three say so, so that one
- * spike teaches nothing; falls to the largest of the last three when all three lie below 0.8 of it; else
- * decays by 1/128 of the difference a frame. Not known until the first sample. Samples that are not
+/* An upper estimate of something measured once a frame. Rises to the second largest of the last three, so
+ * that one spike teaches nothing and a change is believed on its second frame; falls to the largest of the
+ * three once all lie below 0.8 of it; else decays by 1/128 of its difference to the second largest. The
+ * first three samples set it to their second largest, the very first to itself. Samples that are not
  * finite, or not above 0, are passed over. */
 struct fv_peak {
     double held;      /* 0: nothing is known */
@@ -48,6 +50,23 @@ struct fv_cost_sample {
     bool cut;
 };
 
+enum fv_measure { FV_PRICE, FV_UNITS, FV_STRETCH, FV_MEASURES };
+
+/* What a level has taught about itself. Forgotten, while it is not in use, when the predicted cost of the
+ * last level has moved by more than 25 % since the raise to it, or after 16384 frames: what taught it may be
+ * gone. */
+struct fv_level_memory {
+    double factor[FV_MEASURES]; /* 1 to 16 */
+    double caution;             /* 1 to 16: on top before a raise, so that one that failed is not tried again
+                                   and again */
+    double raised_ns;           /* predicted on the newest raise to it; 0: it was come down to */
+    struct fv_work raised;      /* of which work */
+    double dearer[FV_MEASURES]; /* smallest ratio, measured over known, since then */
+    int samples;                /* since then, up to 2: then the factors are set */
+    double known_ns;            /* predicted for the last level at the raise */
+    int frames;                 /* since it was last in use */
+};
+
 struct fv_control {
     int first, last; /* levels: the best and the smallest safe one */
     int workers;
@@ -55,30 +74,36 @@ struct fv_control {
     int level;       /* the newest choice; `last` before the first */
     int periods;     /* display periods that a frame takes, 1 unless even the least does not fit */
     int quiet;       /* frames in a row that would have had room for one level up */
+    int easy;        /* frames in a row whose least had room in fewer periods */
+    int cuts;        /* frames cut at this level, 2 each, less 1 for each one that was not; >= 0 */
     struct fv_peak price[FV_COSTS], correction[FV_COSTS], stretch;
-    double factor[FV_LEVELS_MAX];     /* >= 1 */
-    double raised_ns;                 /* predicted for the newest raise; 0: it is settled */
-    int raised_frames;                /* since the newest raise */
-    double known_ns[FV_LEVELS_MAX];   /* predicted for the last level when factor[] was learned */
+    struct fv_level_memory memory[FV_LEVELS_MAX];
 };
 
-/* Levels first..last, first <= last < FV_LEVELS_MAX, quality falling; workers >= 1; headroom in [0, 1). */
+/* Levels first..last, 0 <= first <= last < FV_LEVELS_MAX, quality falling; workers >= 1; headroom in [0, 1).
+ */
 void fv_control_open(struct fv_control *control, int first, int last, int workers, double headroom);
 
-/* Wall time in ns that `work` at `level` is predicted to take; 0 while no price is known. Finite, >= 0. */
+/* Wall time in ns that `work` at `level` is predicted to take; 0 while no price is known. Finite, >= 0.
+ * Where one price of a stage is not known, the other stands for it (a sparse unit is taken as 1.6 dense
+ * ones); where neither is, the mean of the others in this work. */
 double fv_control_predict_ns(const struct fv_control *control, int level, const struct fv_work *work);
 
-/* Wall time in ns of one unit of a cost, 0 while it is not known. */
+/* Wall time in ns that one more unit of a cost takes when all workers share the work, 0 while it is not
+ * known. For reserves: the dearer of what is held and what the newest frame says, so that a reserve is right from
+ * the second frame of a change on. */
 double fv_control_price_ns(const struct fv_control *control, int cost);
 
 /* The level of the next frame: expected[level] for first..last; `least`: what no frame can do without;
  * `period_ns`: of the display; `other_ns`: what a frame takes besides its stages, which no level changes;
  * periods_max >= 1. Sets control->level and control->periods.
  *
- * Periods: the fewest in which `least` fits; more at once, fewer only after three frames. A frame that
- * misses its flip costs whole periods, so they are used whole. Budget: periods x period x (1 - headroom) -
- * other. Down at once to the best level that is predicted to fit; up one level a frame, once three frames
- * in a row had room for it (predicted <= 0.85 of the budget); a drop starts the wait again. */
+ * Periods: the fewest in which `least` fits; more at once, fewer after three frames in a row that had room
+ * in them. A frame that misses its flip costs whole periods, so they are used whole. Budget: periods x period
+ * x (1 - headroom) - other. Down at once to the best level that is predicted to fit, or by one where frames
+ * are cut again and again although they were; up one level a frame, once three frames in a row, each by its
+ * own measurements, had room for it (predicted <= 0.85 of the budget) and the newest level was measured at
+ * least once; a drop starts the wait again. */
 int fv_control_choose(struct fv_control *control, const struct fv_work *expected, const struct fv_work *least,
                       double period_ns, double other_ns, int periods_max);
 

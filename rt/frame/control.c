@@ -1,0 +1,301 @@
+/* control: see control.h. Two halves: learning, from one sample a frame, and choosing. */
+#include "rt/frame/control.h"
+
+#include <assert.h>
+#include <math.h>
+
+/* Beyond these no number is a measurement: 11 days, and units of a frame. They keep every product finite. */
+static const double time_max_ns = 1e15, units_max = 1e15, price_max_ns = 1e12, stretch_max = 1e3;
+static const double factor_max = 16, correction_max = 2;
+
+static const double room = 0.85;        /* share of the budget that a raise may be predicted to take */
+static const double sparse_dense = 1.6; /* price of a sparse unit over a dense one, until it is known */
+static const double dearer_min = 1.1;   /* a level that is dearer by less is not told from noise */
+static const double moved_ratio = 1.25; /* conditions have changed */
+static const double fade = 1.0 / 128;
+enum { QUIET_FRAMES = 3, CUTS_MAX = 8, MEMORY_FRAMES = 16384 };
+
+static double within(double value, double low, double high)
+{
+    return value < low ? low : value > high ? high : value;
+}
+
+static int least_of(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+/* The value, 0 where it is not finite, not above 0 or beyond `most`. */
+static double sound(double value, double most)
+{
+    return value > 0 && value <= most ? value : 0;
+}
+
+void fv_peak_learn(struct fv_peak *peak, double value)
+{
+    if (!(value > 0 && isfinite(value))) return;
+    peak->recent[2] = peak->recent[1];
+    peak->recent[1] = peak->recent[0];
+    peak->recent[0] = value;
+    const double *r = peak->recent;
+    double largest = fmax(fmax(r[0], r[1]), r[2]);
+    double second = fmax(fmin(r[0], r[1]), fmin(fmax(r[0], r[1]), r[2]));
+    if (peak->count < 3) {
+        peak->held = peak->count++ == 0 ? value : second;
+        return;
+    }
+    if (second > peak->held) peak->held = second;
+    else if (largest < 0.8 * peak->held) peak->held = largest;
+    else peak->held -= (peak->held - second) * fade;
+}
+
+/* For a peak that nothing was measured for: what is held loses its hold, so that work that is too dear to be
+ * tried does not stay so for ever. */
+static void fade_towards(struct fv_peak *peak, double guess)
+{
+    if (peak->count == 0) return;
+    peak->held += (guess - peak->held) * fade;
+    for (int i = 0; i < 3; i++) peak->recent[i] = peak->held;
+}
+
+void fv_control_open(struct fv_control *control, int first, int last, int workers, double headroom)
+{
+    assert(0 <= first && first <= last && last < FV_LEVELS_MAX && workers >= 1);
+    *control = (struct fv_control){.first = first,
+                                   .last = last,
+                                   .workers = workers,
+                                   .headroom = headroom > 0 ? fmin(headroom, 0.99) : 0,
+                                   .level = last,
+                                   .periods = 1};
+    for (int i = 0; i < FV_LEVELS_MAX; i++)
+        control->memory[i] = (struct fv_level_memory){{1, 1, 1}, .caution = 1};
+}
+
+/* Which of a peak's values is asked for. */
+enum view { HELD, NEWEST, DEARER };
+
+static double seen(const struct fv_peak *peak, enum view view)
+{
+    return view == HELD ? peak->held : view == NEWEST ? peak->recent[0] : fmax(peak->held, peak->recent[0]);
+}
+
+/* What the other price of the same stage says of this one. */
+static double sibling(const struct fv_control *control, int cost, enum view view)
+{
+    return seen(&control->price[cost ^ 1], view) * (cost & 1 ? 1 : sparse_dense);
+}
+
+static double price(const struct fv_control *control, int cost, enum view view)
+{
+    double own = seen(&control->price[cost], view);
+    return own > 0 ? own : sibling(control, cost, view);
+}
+
+static double correction(const struct fv_control *control, int cost, enum view view)
+{
+    const struct fv_peak *peak = &control->correction[cost];
+    return peak->count ? seen(peak, view) : 1;
+}
+
+static double stretch(const struct fv_control *control, enum view view)
+{
+    return control->stretch.count ? seen(&control->stretch, view) : 1;
+}
+
+static double factors(const struct fv_level_memory *memory)
+{
+    return memory->factor[FV_PRICE] * memory->factor[FV_UNITS] * memory->factor[FV_STRETCH];
+}
+
+/* Without the level's factors. */
+static double plain_ns(const struct fv_control *control, const struct fv_work *work, enum view view)
+{
+    double cpu_ns = 0, known = 0, unknown = 0;
+    for (int k = 0; k < FV_COSTS; k++) {
+        double units = sound(work->units[k], units_max) * correction(control, k, view);
+        double unit_ns = price(control, k, view);
+        *(unit_ns > 0 ? &known : &unknown) += units;
+        cpu_ns += unit_ns * units;
+    }
+    if (known > 0) cpu_ns += unknown * fmin(cpu_ns / known, price_max_ns);
+    return cpu_ns / control->workers * stretch(control, view);
+}
+
+double fv_control_predict_ns(const struct fv_control *control, int level, const struct fv_work *work)
+{
+    return plain_ns(control, work, HELD) * factors(&control->memory[level]);
+}
+
+double fv_control_price_ns(const struct fv_control *control, int cost)
+{
+    return price(control, cost, DEARER) / control->workers * stretch(control, DEARER);
+}
+
+/* How much dearer than known a sample is, by measure. Of a frame that was cut, units say no more than that
+ * there were at least as many. */
+static void measure(const struct fv_control *control, const struct fv_cost_sample *sample,
+                    double ratio[FV_MEASURES])
+{
+    double cpu_ns = 0, done_ns = 0, expected_ns = 0;
+    for (int k = 0; k < FV_COSTS; k++) {
+        double units = sound(sample->done.units[k], units_max), ns = sound(sample->cpu_ns[k], time_max_ns);
+        double unit_ns = price(control, k, HELD);
+        if (!(units > 0 && ns > 0 && unit_ns > 0)) continue;
+        double expected = sound(sample->expected.units[k], units_max) * correction(control, k, HELD);
+        cpu_ns += ns;
+        done_ns += unit_ns * units;
+        expected_ns += unit_ns * (sample->cut ? fmin(units, expected) : expected);
+    }
+    double wall_ns = sound(sample->wall_ns, time_max_ns), all_ns = sound(sample->total_cpu_ns, time_max_ns);
+    ratio[FV_PRICE] = done_ns > 0 ? cpu_ns / done_ns : 1;
+    ratio[FV_UNITS] = expected_ns > 0 ? done_ns / expected_ns : 1;
+    ratio[FV_STRETCH] =
+        wall_ns > 0 && all_ns > 0 ? wall_ns * control->workers / (all_ns * stretch(control, HELD)) : 1;
+}
+
+/* The first two frames after a raise: where both were dearer than what is known, the level is. */
+static void judge_raise(struct fv_control *control, const struct fv_cost_sample *sample)
+{
+    struct fv_level_memory *memory = &control->memory[sample->level];
+    double ratio[FV_MEASURES], before = factors(memory);
+    if (!(memory->raised_ns > 0) || memory->samples == 2) return;
+    measure(control, sample, ratio);
+    for (int m = 0; m < FV_MEASURES; m++)
+        memory->dearer[m] = memory->samples ? fmin(memory->dearer[m], ratio[m]) : ratio[m];
+    if (++memory->samples < 2) return;
+    for (int m = 0; m < FV_MEASURES; m++)
+        memory->factor[m] = memory->dearer[m] > dearer_min ? fmin(memory->dearer[m], factor_max) : 1;
+    memory->raised_ns *= factors(memory) / before;
+}
+
+static bool taught(struct fv_peak *peak, double value, double most)
+{
+    value = sound(value, most);
+    fv_peak_learn(peak, value);
+    return value > 0;
+}
+
+void fv_control_learn(struct fv_control *control, const struct fv_cost_sample *sample)
+{
+    if (sample->level < control->first || sample->level > control->last) return;
+    judge_raise(control, sample);
+    const double *factor = control->memory[sample->level].factor;
+    bool fresh[FV_COSTS], any = false;
+    for (int k = 0; k < FV_COSTS; k++) {
+        double units = sound(sample->done.units[k], units_max), ns = sound(sample->cpu_ns[k], time_max_ns);
+        fresh[k] = units > 0 && taught(&control->price[k], ns / units / factor[FV_PRICE], price_max_ns);
+        any |= fresh[k];
+    }
+    for (int k = 0; k < FV_COSTS && any; k++) {
+        struct fv_peak *peak = &control->correction[k];
+        double came = sound(sample->done.units[k], units_max) / sample->expected.units[k] / factor[FV_UNITS];
+        if (!fresh[k]) fade_towards(&control->price[k], sibling(control, k, HELD));
+        if (sample->cut && !(came > peak->held)) continue;
+        if (!(came > 0 && isfinite(came))) fade_towards(peak, 1);
+        else fv_peak_learn(peak, within(came, 1 / correction_max, correction_max));
+    }
+    double wall_ns = sound(sample->wall_ns, time_max_ns), cpu_ns = sound(sample->total_cpu_ns, time_max_ns);
+    if (wall_ns > 0 && cpu_ns > 0)
+        fv_peak_learn(&control->stretch,
+                      within(wall_ns * control->workers / cpu_ns / factor[FV_STRETCH], 1, stretch_max));
+    if (sample->level != control->level) return;
+    if (sample->cut) control->cuts = least_of(control->cuts + 2, CUTS_MAX);
+    else if (control->cuts > 0) control->cuts--;
+}
+
+static bool anything_known(const struct fv_control *control)
+{
+    for (int k = 0; k < FV_COSTS; k++)
+        if (control->price[k].count) return true;
+    return false;
+}
+
+/* Periods that `ns` takes of which a share is used, 1 to most; most where a period is none. */
+static int periods_of(double ns, double period_ns, double share, int most)
+{
+    double periods = ceil(ns / (period_ns * share));
+    return periods > 1 ? (int)fmin(periods, most) : 1;
+}
+
+static void choose_periods(struct fv_control *control, const struct fv_work *least, double period_ns,
+                           double other_ns, int most)
+{
+    double ns = fv_control_predict_ns(control, control->last, least) + other_ns,
+           share = 1 - control->headroom;
+    int fit = periods_of(ns, period_ns, share, most), easy = periods_of(ns, period_ns, room * share, most);
+    control->easy = easy < control->periods ? least_of(control->easy + 1, QUIET_FRAMES) : 0;
+    if (fit > control->periods) control->periods = fit;
+    else if (control->easy == QUIET_FRAMES || control->periods > most) control->periods = easy;
+    else return;
+    control->easy = 0;
+}
+
+/* Levels whose memory is of other conditions, or old, forget. `last_ns`: predicted for the last level now. */
+static void forget(struct fv_control *control, double last_ns)
+{
+    for (int i = control->first; i <= control->last; i++) {
+        struct fv_level_memory *memory = &control->memory[i];
+        bool moved = last_ns > moved_ratio * memory->known_ns || last_ns * moved_ratio < memory->known_ns;
+        if (i != control->level && (moved || ++memory->frames > MEMORY_FRAMES))
+            *memory = (struct fv_level_memory){{1, 1, 1}, .caution = 1, .known_ns = last_ns};
+    }
+}
+
+/* Down from the level, which was predicted to take `ns`. */
+static void drop(struct fv_control *control, const struct fv_work *expected, double ns, double budget_ns,
+                 double last_ns)
+{
+    struct fv_level_memory *memory = &control->memory[control->level];
+    if (memory->raised_ns > 0) {
+        double now_ns = fv_control_predict_ns(control, control->level, &memory->raised);
+        memory->caution = within(now_ns / memory->raised_ns, 1, factor_max);
+    }
+    if (ns <= budget_ns) {
+        memory->caution = ns > 0 ? within(budget_ns / ns, 1, factor_max) : factor_max;
+        memory->known_ns = last_ns;
+    }
+    memory->frames = 0;
+    int level = control->level + 1;
+    while (level < control->last && !(fv_control_predict_ns(control, level, &expected[level]) <= budget_ns))
+        level++;
+    for (int i = control->first; i <= control->last; i++) control->memory[i].raised_ns = 0;
+    control->level = level;
+    control->quiet = control->cuts = 0;
+}
+
+static void raise_one(struct fv_control *control, const struct fv_work *expected, double ns, double last_ns)
+{
+    struct fv_level_memory *memory = &control->memory[--control->level];
+    memory->raised = expected[control->level];
+    memory->raised_ns = ns;
+    memory->known_ns = last_ns;
+    memory->samples = memory->frames = 0;
+    control->cuts = 0;
+}
+
+int fv_control_choose(struct fv_control *control, const struct fv_work *expected, const struct fv_work *least,
+                      double period_ns, double other_ns, int periods_max)
+{
+    period_ns = sound(period_ns, time_max_ns);
+    other_ns = sound(other_ns, time_max_ns);
+    choose_periods(control, least, period_ns, other_ns, periods_max < 1 ? 1 : periods_max);
+    if (!anything_known(control)) return control->level;
+    int level = control->level, up = level - 1;
+    double budget_ns = control->periods * period_ns * (1 - control->headroom) - other_ns;
+    double last_ns = plain_ns(control, &expected[control->last], HELD);
+    double ns = fv_control_predict_ns(control, level, &expected[level]);
+    forget(control, last_ns);
+    if (level < control->last && (!(ns <= budget_ns) || control->cuts == CUTS_MAX)) {
+        drop(control, expected, ns, budget_ns, last_ns);
+        return control->level;
+    }
+    if (level == control->first) return level;
+    const struct fv_level_memory *memory = &control->memory[up], *here = &control->memory[level];
+    double newest_ns = plain_ns(control, &expected[up], NEWEST) * factors(memory);
+    double up_ns = fv_control_predict_ns(control, up, &expected[up]);
+    bool measured = here->samples > 0 || !(here->raised_ns > 0);
+    control->quiet = newest_ns <= room * budget_ns ? least_of(control->quiet + 1, QUIET_FRAMES) : 0;
+    if (control->quiet == QUIET_FRAMES && measured && up_ns * memory->caution <= room * budget_ns)
+        raise_one(control, expected, up_ns, last_ns);
+    return control->level;
+}
