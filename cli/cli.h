@@ -93,4 +93,8 @@ void fv_setup_latch(struct fv_setup *setup, int64_t t_ns, struct fv_pose *relati
 enum { FV_RECORDS_MAX = 100000 };
 int fv_setup_take(struct fv_setup *setup, int64_t frames, struct fv_error *error);
 
+/* The board's extras (platform/realtime.h), last of all before frames: asked of the machine where `apply` is
+ * set, else only named. Each becomes a row of the plan, which then is whole: it goes into the session's report. */
+void fv_setup_realtime(struct fv_setup *setup, bool apply);
+
 #endif

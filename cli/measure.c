@@ -156,6 +156,7 @@ int fv_verb_measure(const struct fv_arguments *a)
         fv_log("%s", error.text);
         return FV_EXIT_UNUSABLE;
     }
+    fv_setup_realtime(&m.setup, true);
     struct sigaction action = {.sa_handler = on_signal};
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);

@@ -92,6 +92,7 @@ static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error 
     if (fv_display_open(&r->display, c, a->out, error)) return -1;
     if (fv_folder_make(a->out, error)) return -1;
     if (strcmp(c->output_tape, "on") == 0 && fv_record_open(c, a->out, error)) return -1;
+    fv_setup_realtime(&r->setup, true);
     return 0;
 }
 

@@ -3,6 +3,7 @@
 
 #include "cli/record.h"
 #include "platform/arena.h"
+#include "platform/realtime.h"
 
 #include <string.h>
 
@@ -41,7 +42,7 @@ int fv_setup_start(struct fv_setup *s, bool gaze, struct fv_error *error)
     needed = s->config;
     if (!gaze) strcpy(needed.eye_source, "none");
     if (fv_sensors_open(&s->sensors, &needed, error)) return -1;
-    fv_workers_start(&s->workers, s->plan.workers, strcmp(s->config.threads_pin, "on") == 0);
+    fv_workers_start(&s->workers, s->plan.workers, false);
     return 0;
 }
 
@@ -74,7 +75,6 @@ static void plan_the_rest(struct fv_setup *s)
                 p->present ? "the report shows the last picture" : "no pictures: the report shows none");
     fv_plan_add(p, "memory", "tape", taped, FV_RECORD_BYTES, "output.tape is %s: what was latched is %s",
                 s->config.output_tape, taped ? "recorded for replay" : "not recorded");
-    fv_plan_report(p, &s->session);
 }
 
 int fv_setup_take(struct fv_setup *s, int64_t frames, struct fv_error *error)
@@ -86,4 +86,23 @@ int fv_setup_take(struct fv_setup *s, int64_t frames, struct fv_error *error)
     if (s->plan.present) s->png = fv_png_open((int)c->display_width, (int)c->display_height);
     plan_the_rest(s);
     return 0;
+}
+
+void fv_setup_realtime(struct fv_setup *s, bool apply)
+{
+    const struct fv_config *c = &s->config;
+    struct fv_realtime_request request = {.pin = strcmp(c->threads_pin, "on") == 0,
+                                          .fifo_priority = (int)c->threads_fifo,
+                                          .lock_memory = strcmp(c->threads_lock_memory, "on") == 0,
+                                          .cpu_latency_us = (int)c->threads_cpu_latency_us,
+                                          .root = ""};
+    struct fv_realtime_row row[FV_REALTIME_EXTRAS];
+    if (apply) fv_realtime_apply(&request, &s->workers, row);
+    else fv_realtime_ask(&request, row);
+    for (int i = 0; i < FV_REALTIME_EXTRAS; i++) {
+        bool refused = apply && row[i].asked && !row[i].granted;
+        fv_plan_add(&s->plan, "thread", row[i].what, row[i].asked && !refused, 0, "%s%s", refused ? "refused: " : "",
+                    row[i].reason);
+    }
+    fv_plan_report(&s->plan, &s->session);
 }

@@ -14,7 +14,7 @@
 
 static _Alignas(4096) char block[(size_t)FV_ARENA_MB << 20];
 
-static struct fv_arena the_arena = {.base = block, .capacity = sizeof block};
+static struct fv_arena the_arena = {.base = block, .built = sizeof block, .capacity = sizeof block};
 static atomic_flag busy = ATOMIC_FLAG_INIT;
 
 struct fv_arena *fv_arena(void)

@@ -18,7 +18,7 @@ struct fv_arena_row {
 
 struct fv_arena {
     char *base;
-    size_t capacity, used; /* bytes */
+    size_t built, capacity, used; /* bytes: of the block, of it what may be taken, what is taken */
     int rows;
     struct fv_arena_row row[FV_ARENA_NAMES_MAX];
 };

@@ -18,7 +18,7 @@
 #include <xmmintrin.h>
 #endif
 
-enum { STACK_BYTES = 2 << 20, SPINS = 20000 };
+enum { SPINS = 20000 };
 
 struct start {
     struct fv_workers *workers;
@@ -128,8 +128,8 @@ int fv_workers_start(struct fv_workers *w, int count, bool pin)
     for (int i = 1; i < count; i++) {
         pthread_attr_t attributes;
         pthread_attr_init(&attributes);
-        char *stack = fv_arena_take(fv_arena(), "worker stacks", STACK_BYTES, 4096);
-        pthread_attr_setstack(&attributes, stack, STACK_BYTES);
+        char *stack = fv_arena_take(fv_arena(), "worker stacks", FV_WORKER_STACK_BYTES, 4096);
+        pthread_attr_setstack(&attributes, stack, FV_WORKER_STACK_BYTES);
         starts[i] = (struct start){w, i};
         int failed = pthread_create(&handles[i], &attributes, worker_main, &starts[i]);
         pthread_attr_destroy(&attributes);

@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { FV_WORKERS_MAX = 64 };
+enum { FV_WORKERS_MAX = 64, FV_WORKER_STACK_BYTES = 2 << 20 };
 
 typedef void fv_tile_function(void *context, int tile, int worker);
 
