@@ -4,7 +4,6 @@
 #include "platform/threads.h"
 
 #include "platform/arena.h"
-#include "platform/clock.h"
 #include "platform/log.h"
 
 #include <assert.h>
@@ -67,19 +66,6 @@ static void wait_change(atomic_uint *word, unsigned value)
         syscall(SYS_futex, word, FUTEX_WAIT_PRIVATE, value, NULL, NULL, 0);
 }
 
-static void work(struct fv_workers *w, int worker)
-{
-    int64_t start_cpu_ns = fv_clock_thread_ns();
-    w->start_ns[worker] = fv_clock_now_ns(&fv_clock_monotonic);
-    for (;;) {
-        int tile = atomic_fetch_add_explicit(&w->next_tile, 1, memory_order_relaxed);
-        if (tile >= w->tiles) break;
-        w->function(w->context, tile, worker);
-    }
-    w->end_ns[worker] = fv_clock_now_ns(&fv_clock_monotonic);
-    w->cpu_ns[worker] = fv_clock_thread_ns() - start_cpu_ns;
-}
-
 static void *worker_main(void *argument)
 {
     struct start *s = argument;
@@ -90,7 +76,7 @@ static void *worker_main(void *argument)
         wait_change(&w->generation, seen);
         seen++;
         if (atomic_load_explicit(&w->stop, memory_order_relaxed)) return NULL;
-        work(w, s->worker);
+        w->function(w->context, s->worker);
         atomic_fetch_sub_explicit(&w->working, 1, memory_order_release);
     }
 }
@@ -141,23 +127,44 @@ int fv_workers_start(struct fv_workers *w, int count, bool pin)
     return w->count;
 }
 
-void fv_workers_run(struct fv_workers *w, int tiles, fv_tile_function *function, void *context)
+void fv_workers_each(struct fv_workers *w, fv_worker_function *function, void *context)
 {
     w->function = function;
     w->context = context;
-    w->tiles = tiles;
-    atomic_store_explicit(&w->next_tile, 0, memory_order_relaxed);
     atomic_store_explicit(&w->working, w->count - 1, memory_order_relaxed);
     if (w->count > 1) {
         atomic_fetch_add_explicit(&w->generation, 1, memory_order_release);
         syscall(SYS_futex, &w->generation, FUTEX_WAKE_PRIVATE, FV_WORKERS_MAX, NULL, NULL, 0);
     }
-    work(w, 0);
+    function(context, 0);
     int spins = 0;
     while (atomic_load_explicit(&w->working, memory_order_acquire) > 0) {
         if (++spins < SPINS) relax();
         else sched_yield();
     }
+}
+
+struct queue {
+    fv_tile_function *function;
+    void *context;
+    int tiles;
+    _Alignas(64) atomic_int next;
+};
+
+static void run_queue(void *context, int worker)
+{
+    struct queue *q = context;
+    for (;;) {
+        int tile = atomic_fetch_add_explicit(&q->next, 1, memory_order_relaxed);
+        if (tile >= q->tiles) return;
+        q->function(q->context, tile, worker);
+    }
+}
+
+void fv_workers_run(struct fv_workers *w, int tiles, fv_tile_function *function, void *context)
+{
+    struct queue queue = {.function = function, .context = context, .tiles = tiles};
+    fv_workers_each(w, run_queue, &queue);
 }
 
 void fv_workers_stop(struct fv_workers *w)

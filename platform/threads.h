@@ -1,8 +1,8 @@
-/* threads: pinned workers that live as long as the program and run tiles of a pass.
+/* threads: pinned workers that live as long as the program and run the tiles of a pass.
  *
- * The calling thread is worker 0. A run hands out tile numbers one after another from a
- * shared counter; which worker gets which tile must not change any result. Between runs
- * the workers spin for a short while and then sleep on a futex. */
+ * The calling thread is worker 0. Tile numbers are handed out one after another from a shared counter;
+ * which worker gets which tile must not change any result. Between runs the workers spin for a short
+ * while and then sleep on a futex. */
 #ifndef FV_PLATFORM_THREADS_H
 #define FV_PLATFORM_THREADS_H
 
@@ -15,19 +15,16 @@
 
 enum { FV_WORKERS_MAX = 64, FV_WORKER_STACK_BYTES = 2 << 20 };
 
+typedef void fv_worker_function(void *context, int worker);
 typedef void fv_tile_function(void *context, int tile, int worker);
 
 struct fv_workers {
     int count; /* workers, the calling thread included */
     /* The run under way. */
-    fv_tile_function *function;
+    fv_worker_function *function;
     void *context;
-    int tiles;
-    _Alignas(64) atomic_int next_tile;
     _Alignas(64) atomic_uint generation; /* raised once a run: wakes the workers */
     _Alignas(64) atomic_int working;     /* workers that have not finished this run */
-    /* Of each worker in the last run: thread CPU time, and when it began and ended its tiles. */
-    int64_t cpu_ns[FV_WORKERS_MAX], start_ns[FV_WORKERS_MAX], end_ns[FV_WORKERS_MAX];
     atomic_bool stop;
 };
 
@@ -45,6 +42,9 @@ int fv_workers_pin(const struct fv_workers *workers, struct fv_error *error);
 
 /* The thread of a worker that was started; 0 is the thread that started them. */
 pthread_t fv_workers_thread(int worker);
+
+/* Runs function(context, worker) once on every worker and returns when all are done. */
+void fv_workers_each(struct fv_workers *workers, fv_worker_function *function, void *context);
 
 /* Runs function(context, tile, worker) for every tile in [0, tiles), on all workers, and
  * returns when all are done. */

@@ -10,6 +10,9 @@
 
 enum { FV_NOISE_SIZE = 64 };
 
+/* Radius of the fovea, degrees (Wandell 1995). */
+#define FV_FOVEA_DEG 2.6f
+
 /* Foveal region configuration (Weier et al. 2016, section 3.1). */
 struct fv_foveal {
     float r0_deg, r1_deg, p_min;

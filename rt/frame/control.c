@@ -299,3 +299,10 @@ int fv_control_choose(struct fv_control *control, const struct fv_work *expected
         raise_one(control, expected, up_ns, last_ns);
     return control->level;
 }
+
+void fv_control_fit(struct fv_control *control, const struct fv_work *expected, double budget_ns)
+{
+    double ns = fv_control_predict_ns(control, control->level, &expected[control->level]);
+    if (control->level == control->last || !anything_known(control) || ns <= budget_ns) return;
+    drop(control, expected, ns, budget_ns, plain_ns(control, &expected[control->last], HELD));
+}

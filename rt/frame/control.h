@@ -107,6 +107,9 @@ double fv_control_price_ns(const struct fv_control *control, int cost);
 int fv_control_choose(struct fv_control *control, const struct fv_work *expected, const struct fv_work *least,
                       double period_ns, double other_ns, int periods_max);
 
+/* Once more for the same frame, now that its gaze is known and `budget_ns` is left for its stages: only down. */
+void fv_control_fit(struct fv_control *control, const struct fv_work *expected, double budget_ns);
+
 void fv_control_learn(struct fv_control *control, const struct fv_cost_sample *sample);
 
 #endif

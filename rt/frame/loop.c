@@ -13,8 +13,12 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
                   int64_t frames)
 {
     struct fv_frame *f = &loop->frame;
-    *loop = (struct fv_loop){.config = config, .plan = plan, .clock = &fv_clock_monotonic, .workers = workers,
-                             .session = session, .head = {.rotation = {1, 0, 0, 0}}};
+    *loop = (struct fv_loop){.config = config,
+                             .plan = plan,
+                             .clock = &fv_clock_monotonic,
+                             .workers = workers,
+                             .session = session,
+                             .head = {.rotation = {1, 0, 0, 0}}};
     fv_frame_size(f, config);
     f->alpha = (float)config->method_alpha;
     f->epsilon_depth = (float)config->method_epsilon_depth;
@@ -24,16 +28,23 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
     fv_plan_take(plan, f, workers->count);
     loop->trace = fv_trace_create(workers->count);
     loop->period_ns = llround(1e9 / config->budget_hz);
-    *session = (struct fv_session){.scene = tracer->data->name, .method = plan->method->name,
-                                   .triangles = tracer->data->triangles, .cpu = fv_cpu_name(),
-                                   .isa = fv_cpu_isa_name(tracer->isa), .threads = workers->count,
+    loop->pace = (struct fv_pace){.period_ns = loop->period_ns};
+    loop->vsync = strcmp(config->budget_pace, "vsync") == 0;
+    fv_budget_open(&loop->budget, config, plan, f, workers, loop->clock, loop->trace);
+    *session = (struct fv_session){.scene = tracer->data->name,
+                                   .method = plan->method->name,
+                                   .triangles = tracer->data->triangles,
+                                   .cpu = fv_cpu_name(),
+                                   .isa = fv_cpu_isa_name(tracer->isa),
+                                   .threads = workers->count,
                                    .period_ms = 1e3 / config->budget_hz,
+                                   .levels = loop->budget.adapt ? plan->method->levels - 1 : 0,
                                    .pixels = (int64_t)f->eyes * f->width * f->height};
     for (int i = 0; i < plan->passes; i++) session->stage[session->stages++] = plan->pass[i]->name;
     if (plan->present) session->stage[session->stages++] = fv_pass_present.name;
     session->capacity = frames;
-    session->record = fv_arena_take(fv_arena(), "frame records",
-                                    (size_t)session->capacity * sizeof *session->record, 64);
+    session->record =
+        fv_arena_take(fv_arena(), "frame records", (size_t)session->capacity * sizeof *session->record, 64);
     fv_plan_report(plan, session);
 }
 
@@ -42,36 +53,28 @@ void fv_loop_view(const struct fv_loop *loop, int e, const struct fv_pose *head,
 {
     const struct fv_config *c = loop->config;
     double in = tan(c->display_fov_in_deg * degree), out = tan(c->display_fov_out_deg * degree);
-    struct fv_lens lens = {.tan_left = e == 0 ? out : in, .tan_right = e == 0 ? in : out,
+    struct fv_lens lens = {.tan_left = e == 0 ? out : in,
+                           .tan_right = e == 0 ? in : out,
                            .tan_up = tan(c->display_fov_up_deg * degree),
                            .tan_down = tan(c->display_fov_down_deg * degree),
-                           .width = loop->frame.width, .height = loop->frame.height};
+                           .width = loop->frame.width,
+                           .height = loop->frame.height};
     double half = 0.0005 * c->display_ipd_mm;
     struct fv_pose offset = {{e == 0 ? -half : half, 0, 0}, {1, 0, 0, 0}}, eye;
     fv_pose_compose(head, &offset, &eye);
     fv_view_set(view, &lens, &eye, gaze);
 }
 
-/* r0 wide enough for where the gaze may be; r1 keeps its distance. */
-static void widen(struct fv_foveal *f, double uncertainty_deg, double usual_deg)
+static void record_stage(struct fv_frame_record *r, int stage, int64_t deadline_ns,
+                         const struct fv_stage_result *of)
 {
-    float more = (float)fmax(0, uncertainty_deg - usual_deg);
-    if (f->r0_deg >= 180) return;
-    f->r0_deg += more;
-    f->r1_deg += more;
-}
-
-static void run_pass(struct fv_loop *loop, const struct fv_pass *pass, struct fv_frame_record *record, float *ms)
-{
-    int64_t start_ns = fv_clock_now_ns(loop->clock);
-    fv_pass_run(pass, &loop->frame, loop->workers);
-    int64_t end_ns = fv_clock_now_ns(loop->clock);
-    *ms = (float)((double)(end_ns - start_ns) * 1e-6);
-    for (int w = 0; w < loop->workers->count; w++) {
-        record->cpu_ms += (float)((double)loop->workers->cpu_ns[w] * 1e-6);
-        fv_trace_add(loop->trace, w, pass->name, record->frame, loop->workers->start_ns[w],
-                     loop->workers->end_ns[w]);
-    }
+    r->stage_ms[stage] = (float)((double)(of->end_ns - of->start_ns) * 1e-6);
+    r->cpu_ms += (float)((double)of->cpu_ns * 1e-6);
+    r->idle_ms += (float)((double)of->idle_ns * 1e-6);
+    r->control_ms += (float)((double)of->order_ns * 1e-6);
+    r->cut_tiles += of->cut;
+    r->late_stages |= (uint32_t)(of->end_ns > deadline_ns) << stage;
+    r->decision.done[stage] = of->cut ? of->done : -1;
 }
 
 static void record_counts(const struct fv_loop *loop, struct fv_frame_record *r)
@@ -102,26 +105,65 @@ static void swap_history(struct fv_loop *loop)
         }
 }
 
-void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3],
-                   double uncertainty_deg, int64_t t_ns, struct fv_frame_record *r)
+/* What came in, as this frame's views and maps. */
+static void take_latch(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3])
 {
     struct fv_frame *f = &loop->frame;
-    if (f->number > 0) swap_history(loop);
-    *r = (struct fv_frame_record){.frame = f->number, .t_ns = t_ns, .level = loop->level};
-    int64_t start_ns = fv_clock_now_ns(loop->clock);
-    loop->plan->method->parameters(loop->config, r->level, &f->parameters);
-    widen(&f->parameters.foveal, uncertainty_deg, loop->config->eye_noise_deg);
     if (fv_pose_sound(head)) loop->head = *head;
     for (int e = 0; e < f->eyes; e++) {
         fv_loop_view(loop, e, &loop->head, gaze[e], &f->view[e]);
         if (f->has_history) fv_map_set(&f->map[e], &f->view[e], &f->before[e]);
     }
-    for (int w = 0; w < loop->workers->count; w++) memset(f->scratch[w].rays, 0, sizeof f->scratch[w].rays);
-    for (int i = 0; i < loop->plan->passes; i++) run_pass(loop, loop->plan->pass[i], r, &r->stage_ms[i]);
-    r->frame_ms = (float)((double)(fv_clock_now_ns(loop->clock) - start_ns) * 1e-6);
+    for (int w = 0; w < loop->workers->count; w++) {
+        struct fv_worker_scratch *s = &f->scratch[w];
+        memset(s->rays, 0, sizeof s->rays);
+        s->reprojected = s->edges = s->failed = 0;
+    }
+}
+
+/* A frame as it was decided (NULL: as the budget decides), from `start_ns` on, to be done by deadline_ns (0:
+ * in the periods that it is given). */
+static void render(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3],
+                   double uncertainty_deg, int64_t t_ns, const struct fv_decision *decided, int64_t start_ns,
+                   int64_t deadline_ns, struct fv_frame_record *r)
+{
+    struct fv_frame *f = &loop->frame;
+    struct fv_budget *b = &loop->budget;
+    struct fv_stage_result stage;
+    if (f->number > 0) swap_history(loop);
+    *r = (struct fv_frame_record){.frame = f->number, .t_ns = t_ns, .decision.t_ns = t_ns};
+    memset(r->decision.done, -1, sizeof r->decision.done);
+    take_latch(loop, head, gaze);
+    int64_t latched_ns = fv_clock_now_ns(loop->clock);
+    r->level = fv_budget_begin(b, f, loop->level, decided, uncertainty_deg, start_ns, deadline_ns);
+    r->decision.level = r->level;
+    r->periods = b->deadline_ns ? b->control.periods : 1;
+    int64_t begun_ns = fv_clock_now_ns(loop->clock);
+    r->control_ms = (float)((double)(begun_ns - latched_ns) * 1e-6);
+    if (!deadline_ns) deadline_ns = start_ns + r->periods * loop->period_ns;
+    for (int i = 0; i < loop->plan->passes; i++) {
+        fv_budget_stage(b, f, i, decided ? decided->done[i] : -1, &stage);
+        record_stage(r, i, deadline_ns, &stage);
+    }
+    fv_budget_end(b, f);
+    int64_t end_ns = fv_clock_now_ns(loop->clock);
+    r->frame_ms = (float)((double)(end_ns - start_ns) * 1e-6);
+    r->latch_ms = (float)((double)(deadline_ns - start_ns) * 1e-6);
+    if (b->deadline_ns) {
+        r->predicted_ms = (float)(b->expected_ns * 1e-6);
+        r->budget_ms = (float)((double)(deadline_ns - start_ns) * 1e-6 - b->present_ns.held * 1e-6);
+    }
+    r->cut = b->cut;
     r->missed = r->frame_ms > loop->session->period_ms;
     record_counts(loop, r);
+    fv_trace_add(loop->trace, 0, "control", r->frame, latched_ns, begun_ns);
     f->number++;
+}
+
+void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3],
+                   double uncertainty_deg, int64_t t_ns, struct fv_frame_record *record)
+{
+    render(loop, head, gaze, uncertainty_deg, t_ns, NULL, fv_clock_now_ns(loop->clock), 0, record);
 }
 
 void fv_loop_restart(struct fv_loop *loop)
@@ -131,27 +173,84 @@ void fv_loop_restart(struct fv_loop *loop)
     loop->head = (struct fv_pose){.rotation = {1, 0, 0, 0}};
 }
 
+/* Waits for this frame's turn; returns the session time that it is shown for, and its deadline. */
+static int64_t wait_for_turn(struct fv_loop *loop, int64_t *deadline_ns)
+{
+    const struct fv_clock *clock = loop->clock;
+    double needs_ns = fv_budget_foresee(&loop->budget);
+    int periods = loop->budget.adapt ? loop->budget.control.periods : 1;
+    int64_t period_ns = periods * loop->period_ns;
+    int64_t need_ns = needs_ns > 0 && needs_ns < (double)period_ns ? llround(needs_ns) : period_ns;
+    int64_t start_ns = fv_pace_aim(&loop->pace, fv_clock_now_ns(clock), need_ns, periods);
+    if (start_ns > fv_clock_now_ns(clock)) fv_clock_sleep_until_ns(clock, start_ns);
+    *deadline_ns = fv_pace_deadline_ns(&loop->pace);
+    return fv_pace_shown_ns(&loop->pace);
+}
+
+static void present(struct fv_loop *loop, struct fv_frame_record *r, int64_t deadline_ns)
+{
+    const struct fv_stage_limit unlimited = {.done = -1};
+    struct fv_stage_result stage;
+    fv_schedule_run(&loop->budget.schedule, &loop->frame, &fv_pass_present, &unlimited, &stage);
+    record_stage(r, loop->plan->passes, deadline_ns, &stage);
+    fv_budget_presented(&loop->budget, (double)(stage.end_ns - stage.start_ns));
+    r->frame_ms += r->stage_ms[loop->plan->passes];
+    r->missed = r->frame_ms > loop->session->period_ms;
+}
+
+static void count(struct fv_session *s, const struct fv_frame_record *r)
+{
+    s->frames++;
+    s->missed += r->missed;
+    s->cut_frames += r->cut;
+    if (s->frames <= s->capacity) s->record[s->frames - 1] = *r;
+}
+
+/* What samples cost by eccentricity, of all workers together. */
+static void sum_rings(const struct fv_loop *loop)
+{
+    struct fv_session *s = loop->session;
+    memset(s->ring, 0, sizeof s->ring);
+    for (int w = 0; w < loop->workers->count; w++)
+        for (int i = 0; i < FV_RINGS; i++) {
+            const struct fv_ring *r = &loop->budget.schedule.ring[w][i];
+            s->ring[i].cpu_ns += r->cpu_ns;
+            s->ring[i].units += r->units;
+            s->ring[i].tiles += r->tiles;
+            s->ring[i].cut += r->cut;
+        }
+}
+
 void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t frames)
 {
     struct fv_session *s = loop->session;
+    loop->pace.epoch_ns = fv_clock_now_ns(loop->clock);
     for (int64_t n = 0; frames < 0 || n < frames; n++) {
         struct fv_frame_record record;
+        struct fv_decision decided;
         struct fv_pose head;
         double gaze[2][3], uncertainty_deg;
-        int64_t t_ns = n * loop->period_ns;
-        io->latch(io->context, t_ns, t_ns, &head, gaze, &uncertainty_deg);
-        fv_loop_frame(loop, &head, gaze, uncertainty_deg, t_ns, &record);
-        if (io->wants(io->context, n, n + 1 == frames)) {
-            float *ms = &record.stage_ms[loop->plan->passes];
-            run_pass(loop, &fv_pass_present, &record, ms);
-            record.frame_ms += *ms;
-            record.missed = record.frame_ms > s->period_ms;
-            io->present(io->context, &loop->frame);
+        bool replayed = io->decided && io->decided(io->context, n, &decided);
+        int64_t deadline_ns = 0, t_ns = replayed ? decided.t_ns : n * loop->period_ns, now_ns = t_ns;
+        if (loop->vsync) {
+            t_ns = wait_for_turn(loop, &deadline_ns);
+            now_ns = fv_clock_now_ns(loop->clock) - loop->pace.epoch_ns;
         }
-        s->frames++;
-        s->missed += record.missed;
-        s->cut_frames += record.cut;
-        if (n < s->capacity) s->record[n] = record;
+        int64_t start_ns = fv_clock_now_ns(loop->clock);
+        io->latch(io->context, now_ns, t_ns, &head, gaze, &uncertainty_deg);
+        render(loop, &head, gaze, uncertainty_deg, t_ns, replayed ? &decided : NULL, start_ns, deadline_ns,
+               &record);
+        bool wanted = io->wants(io->context, n, n + 1 == frames);
+        if (wanted)
+            present(loop, &record, deadline_ns ? deadline_ns : start_ns + record.periods * loop->period_ns);
+        if (loop->vsync) {
+            int64_t late = fv_pace_done(&loop->pace, fv_clock_now_ns(loop->clock));
+            s->skipped += late + record.periods - 1;
+            record.missed = late > 0 || record.periods > 1;
+        }
+        if (wanted) io->present(io->context, &loop->frame);
+        count(s, &record);
         if (!io->after(io->context, s, &record)) break;
     }
+    sum_rings(loop);
 }

@@ -1,11 +1,14 @@
 /* loop: frames one after another: latch, passes, present, record. Sensors and display are two
- * functions handed in, so that rt knows neither. */
+ * functions handed in, so that rt knows neither.
+ *
+ * budget.pace free: frames follow one another at once, in session time a period apart, so that a run can be
+ * repeated on any machine. vsync: frame by frame the loop waits until there is just time enough left, latches,
+ * and aims at a flip (pace.h). */
 #ifndef FV_FRAME_LOOP_H
 #define FV_FRAME_LOOP_H
 
-#include "platform/clock.h"
-#include "platform/trace.h"
-#include "rt/frame/plan.h"
+#include "rt/frame/budget.h"
+#include "rt/frame/pace.h"
 
 /* What the loop asks for and hands out. */
 struct fv_loop_io {
@@ -34,8 +37,11 @@ struct fv_loop {
     struct fv_session *session;
     struct fv_frame frame;
     struct fv_pose head; /* of the newest frame; kept where the next one's is none */
+    struct fv_budget budget;
+    struct fv_pace pace;
     int64_t period_ns;
-    int level; /* quality level that the next frame is rendered at (method.h) */
+    bool vsync;
+    int level; /* quality level that the next frame is rendered at (method.h) where it does not adapt */
 };
 
 /* Takes everything that frames need: buffers, session records, trace rings. `frames` > 0: how many are
@@ -44,11 +50,11 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
                   const struct fv_tracer *tracer, struct fv_workers *workers, struct fv_session *session,
                   int64_t frames);
 
-/* Runs `frames` frames (-1: until `after` says stop). Frame n is shown at n periods. */
+/* Runs `frames` frames (-1: until `after` says stop). Free, frame n is shown at n periods. */
 void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t frames);
 
-/* One frame at the given pose, gaze and time, without presenting or recording: for measurements and
- * tests. A pose that is none (fv_pose_sound) is taken as the frame before's, a gaze that is none as straight
+/* One frame at the given pose, gaze and time, without presenting, waiting or recording: for measurements
+ * and tests. A pose that is none (fv_pose_sound) is taken as the frame before's, a gaze that is none as straight
  * ahead (fv_view_set). */
 void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3],
                    double uncertainty_deg, int64_t t_ns, struct fv_frame_record *record);

@@ -82,7 +82,7 @@ static int write_about(const struct fv_reference *r, const char *folder, const c
 }
 
 /* Exact depth at each pixel's centre, into the plane that stands as the frame's FV_DEPTH. */
-static void depth_tile(struct fv_frame *f, const struct fv_tile *tile)
+static int depth_tile(struct fv_frame *f, const struct fv_tile *tile)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     float *depth = f->buffer[FV_DEPTH][0];
@@ -90,9 +90,10 @@ static void depth_tile(struct fv_frame *f, const struct fv_tile *tile)
     f->kernels->trace(f->tracer, &f->view[0], &s->samples, 0, s->rays);
     for (int i = 0; i < s->samples.count; i++)
         depth[(int64_t)s->samples.y[i] * f->stride + (int64_t)s->samples.x[i]] = s->samples.inverse_depth[i];
+    return s->samples.count;
 }
 
-static const struct fv_pass depth_pass = {"depth", 0, FV_BIT(FV_DEPTH), 0, depth_tile};
+static const struct fv_pass depth_pass = {.name = "depth", .writes = FV_BIT(FV_DEPTH), .run = depth_tile};
 
 /* Returns the rays that it took. */
 static double render(struct fv_reference *r, const struct fv_sweep_frame *frame, int spp)

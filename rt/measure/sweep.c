@@ -121,6 +121,7 @@ int fv_sweep_open(struct fv_sweep **sweep, const struct fv_config *config, const
     s->config = *config;
     snprintf(s->config.display_sink, sizeof s->config.display_sink, "png");
     snprintf(s->config.output_overlay, sizeof s->config.output_overlay, "off"); /* pictures are judged */
+    snprintf(s->config.budget_adapt, sizeof s->config.budget_adapt, "off"); /* a row is a level */
     s->config.method_spp = 1;
     s->tracer = tracer;
     s->workers = workers;

@@ -6,31 +6,41 @@
 /* Supersampling: each level twice the samples of the one before. */
 static void full_parameters(const struct fv_config *config, int level, struct fv_parameters *out)
 {
-    *out = (struct fv_parameters){.foveal = {180, 180, 1}, .spp = (int)config->method_spp << level};
+    *out = (struct fv_parameters){.foveal = {180, 180, 1}, .spp = (int)config->method_spp << level,
+                                  .spacing = (int)config->method_support};
 }
 
-/* p_min gives way first, then the radii: halved in turn, r0 never below the fovea's 2.6 degrees
- * (Wandell 1995) nor below what the settings ask for. */
+/* From the whole image sharp to the smallest that is safe, each at about three quarters of the time of the
+ * one before: p_min gives way first, then the radii, then the support image. */
+static const struct {
+    float p_min, radius; /* radius: of what the settings say */
+    int support;         /* the same, of the spacing */
+} reproject_levels[] = {
+    {1, 1, 1}, {0.4f, 1, 1}, {0.2f, 1, 1}, {0.1f, 1, 1}, {0.05f, 1, 1}, {0.02f, 1, 1}, {0.01f, 0.6f, 1}, {0.01f, 0.26f, 2},
+};
+enum { REPROJECT_LEVELS = 1 + sizeof reproject_levels / sizeof reproject_levels[0] };
+
+/* r0 is never below the fovea nor below what the settings ask for, where that is less. */
 static void reproject_parameters(const struct fv_config *config, int level, struct fv_parameters *out)
 {
     struct fv_foveal f = {(float)config->fovea_inner_deg, (float)config->fovea_outer_deg, (float)config->fovea_p_min};
-    float floor_deg = f.r0_deg < 2.6f ? f.r0_deg : 2.6f;
-    for (int i = 1; i <= level; i++) {
-        if (i % 2) {
-            f.p_min *= 0.5f;
-        } else {
-            f.r0_deg = f.r0_deg * 0.75f > floor_deg ? f.r0_deg * 0.75f : floor_deg;
-            f.r1_deg = f.r1_deg * 0.75f > f.r0_deg ? f.r1_deg * 0.75f : f.r0_deg;
-        }
+    int spacing = (int)config->method_support;
+    if (level > 0) {
+        float floor_deg = f.r0_deg < FV_FOVEA_DEG ? f.r0_deg : FV_FOVEA_DEG, scale = reproject_levels[level - 1].radius;
+        f.r0_deg = f.r0_deg * scale > floor_deg ? f.r0_deg * scale : floor_deg;
+        f.r1_deg = f.r1_deg * scale > f.r0_deg ? f.r1_deg * scale : f.r0_deg;
+        f.p_min = reproject_levels[level - 1].p_min;
+        spacing *= reproject_levels[level - 1].support;
     }
-    *out = (struct fv_parameters){.foveal = f, .spp = 1};
+    *out = (struct fv_parameters){.foveal = f, .spp = 1, .spacing = spacing};
 }
 
 static const struct fv_method table[] = {
     {"full", "every pixel, method.spp samples each: the baseline and, at many samples, the reference",
      {&fv_pass_sample_all}, 1, 5, full_parameters},
     {"reproject", "foveated sampling over the last frame's reprojected picture (Weier et al. 2016)",
-     {&fv_pass_select, &fv_pass_support, &fv_pass_reproject, &fv_pass_sample}, 8, 8, reproject_parameters},
+     {&fv_pass_select, &fv_pass_support, &fv_pass_reproject, &fv_pass_sample}, REPROJECT_LEVELS, REPROJECT_LEVELS,
+     reproject_parameters},
 };
 
 const struct fv_method *fv_method_at(int n)

@@ -6,13 +6,17 @@ struct run {
     struct fv_frame *frame;
 };
 
+struct fv_tile fv_tile_at(const struct fv_frame *f, int index, int worker)
+{
+    int per_eye = f->tiles_x * f->tiles_y, in_eye = index % per_eye;
+    return (struct fv_tile){.index = index, .eye = index / per_eye, .worker = worker,
+                            .x0 = in_eye % f->tiles_x * FV_TILE, .y0 = in_eye / f->tiles_x * FV_TILE};
+}
+
 static void run_tile(void *context, int index, int worker)
 {
     const struct run *run = context;
-    const struct fv_frame *f = run->frame;
-    int per_eye = f->tiles_x * f->tiles_y, in_eye = index % per_eye;
-    struct fv_tile tile = {.index = index, .eye = index / per_eye, .worker = worker,
-                           .x0 = in_eye % f->tiles_x * FV_TILE, .y0 = in_eye / f->tiles_x * FV_TILE};
+    struct fv_tile tile = fv_tile_at(run->frame, index, worker);
     run->pass->run(run->frame, &tile);
 }
 

@@ -29,7 +29,8 @@ enum fv_buffer {
 /* Bit of a buffer in a pass's reads and writes. */
 #define FV_BIT(buffer) (1u << (buffer))
 
-/* Flags in a pixel, above its colour (trace/pixel.h). */
+/* A pixel's colour, and flags above it (trace/pixel.h). */
+#define FV_PIXEL_COLOUR (FV_PIXEL_SAMPLED - 1)
 #define FV_PIXEL_SAMPLED (1u << 30) /* traced in this frame */
 #define FV_PIXEL_FILLED (1u << 31)  /* no history arrived: taken from the support image */
 
@@ -37,12 +38,21 @@ enum fv_buffer {
 struct fv_parameters {
     struct fv_foveal foveal;
     int spp;
+    int spacing; /* pixels between support nodes: 4, 8 or 16, not fewer than method.support */
 };
 
 struct fv_worker_scratch {
     struct fv_samples samples;
     uint32_t pixel[FV_SAMPLES_MAX];
-    _Alignas(64) int64_t rays[FV_RAY_KINDS]; /* this frame's */
+    /* This frame's: */
+    _Alignas(64) int64_t rays[FV_RAY_KINDS];
+    int64_t reprojected, edges, failed; /* blocks: of reprojected tiles; of these at depth edges, without history */
+};
+
+/* How far from the gaze the picture lies: its pixels and its tiles (by their centres) in rings of one degree. */
+enum { FV_DEGREES = 181 };
+struct fv_rings {
+    float pixels[FV_DEGREES], tiles[FV_DEGREES];
 };
 
 struct fv_frame {
@@ -50,7 +60,7 @@ struct fv_frame {
     int eyes, width, height;
     int tiles_x, tiles_y, tiles; /* tiles: of all eyes */
     int64_t stride, rows;        /* of the pixel buffers: whole tiles */
-    int spacing;                 /* pixels between support nodes; stride / spacing nodes a row */
+    int spacing;                 /* the parameters'; stride / spacing nodes a row */
     bool has_history, overlay;
     float alpha, epsilon_depth;
     struct fv_parameters parameters;
@@ -60,6 +70,8 @@ struct fv_frame {
     const struct fv_kernels *kernels;
     const float *noise;          /* fv_noise(), NULL where no pass needs it */
     void *buffer[FV_BUFFERS][2]; /* of each eye, NULL where the plan left it out */
+    uint8_t *failed_blocks;      /* of each tile: blocks in which no history arrived; NULL: nobody asks */
+    float edge_share, failed_share; /* of the frame before's reprojected blocks */
     struct fv_worker_scratch *scratch;
 };
 
@@ -71,20 +83,47 @@ struct fv_tile {
 /* What a pass needs besides buffers. */
 enum fv_needs {
     FV_NEEDS_GAZE = 1, /* where the eye looks */
-    FV_NEEDS_NOISE = 2 /* the blue-noise mask */
+    FV_NEEDS_NOISE = 2, /* the blue-noise mask */
+    FV_NEEDS_HISTORY = 4 /* its stand-in does: where there is none, nothing is left out */
+};
+
+/* Which tiles come first. */
+enum fv_order {
+    FV_ORDER_GAZE, /* those nearest to it */
+    FV_ORDER_NEED  /* the fovea's, then those whose absence costs most */
 };
 
 struct fv_pass {
     const char *name;
     uint32_t reads, writes; /* bits of fv_buffer */
     uint32_t needs;         /* enum fv_needs */
-    void (*run)(struct fv_frame *frame, const struct fv_tile *tile);
+    enum fv_order order;
+    int whole;              /* units of a tile that is worked at whole; 0: a unit costs the same in all tiles */
+    /* Works at a tile. Returns units of work, which its cost grows with: rays, nodes, pixels or tiles. */
+    int (*run)(struct fv_frame *frame, const struct fv_tile *tile);
+    /* Instead, where time has run out: far cheaper, and good enough for a frame. NULL: every tile must be
+     * worked at. */
+    void (*stand_in)(struct fv_frame *frame, const struct fv_tile *tile);
+    /* Units that the whole pass is expected to be with these parameters: those of sparse tiles, and those of
+     * tiles that are worked at whole. */
+    void (*expect)(const struct fv_frame *frame, const struct fv_parameters *parameters,
+                   const struct fv_rings *rings, double units[2]);
 };
 
 extern const struct fv_pass fv_pass_sample_all, fv_pass_support, fv_pass_select, fv_pass_reproject,
     fv_pass_sample, fv_pass_present;
 
-/* Runs one pass over all tiles. */
+/* The tile of that number. */
+struct fv_tile fv_tile_at(const struct fv_frame *frame, int index, int worker);
+
+/* Half the diagonal of `size` pixels as an angle, from above: a pixel never spans more than its angle at the
+ * centre of the picture, nor than its longer side. */
+static inline float fv_radius_deg(const struct fv_view *view, float size)
+{
+    return 0.7072f * size * view->pixel_deg;
+}
+
+/* Runs one pass over all tiles, in any order and whole. */
 void fv_pass_run(const struct fv_pass *pass, struct fv_frame *frame, struct fv_workers *workers);
 
 /* First element of tile's row y (0..31) in a buffer of 32-bit pixels. */

@@ -26,7 +26,7 @@ static void overlay_row(const struct fv_frame *f, const struct fv_tile *tile, in
     }
 }
 
-static void run(struct fv_frame *f, const struct fv_tile *tile)
+static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
     const uint32_t *colour = f->buffer[FV_COLOUR][tile->eye];
     uint8_t *picture = f->buffer[FV_PICTURE][tile->eye];
@@ -35,6 +35,8 @@ static void run(struct fv_frame *f, const struct fv_tile *tile)
         f->kernels->present(colour + at, picture + 4 * at, FV_TILE);
         if (f->overlay) overlay_row(f, tile, y, colour + at, picture + 4 * at);
     }
+    return 1;
 }
 
-const struct fv_pass fv_pass_present = {"present", FV_BIT(FV_COLOUR), FV_BIT(FV_PICTURE), 0, run};
+const struct fv_pass fv_pass_present = {
+    .name = "present", .reads = FV_BIT(FV_COLOUR), .writes = FV_BIT(FV_PICTURE), .run = run};

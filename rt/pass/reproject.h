@@ -23,4 +23,12 @@ struct fv_reproject_tile {
     uint64_t failed;  /* out: blocks in which a quarter of the pixels found no history */
 };
 
+/* One tile, whatever was selected of it; from the support image alone where there is no history. `edges`
+ * and `failed` as above. */
+void fv_reproject(struct fv_frame *frame, const struct fv_tile *tile, uint64_t *edges, uint64_t *failed);
+
+/* The share of reprojected blocks that is sampled in the end, where the foveal function gives p, going by
+ * the edges and failures of the frame before. */
+double fv_reproject_share(const struct fv_frame *frame, const struct fv_foveal *foveal, float p);
+
 #endif

@@ -42,19 +42,53 @@ static void merge_block(struct fv_frame *f, const struct fv_tile *tile, int bloc
     }
 }
 
-static void run(struct fv_frame *f, const struct fv_tile *tile)
+static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     uint64_t blocks = ((uint64_t *)f->buffer[FV_SELECTED][0])[tile->index];
     /* A tile that is sampled whole was not reprojected: what stands there is no history. */
     bool whole = blocks == fv_tile_inside(f, tile);
+    if (!blocks) return 0;
     fv_tile_trace(f, tile, blocks);
+    int traced = s->samples.count;
     for (int n = 0; blocks; blocks &= blocks - 1, n += FV_BLOCK * FV_BLOCK) {
         int block = __builtin_ctzll(blocks);
         merge_block(f, tile, block, s->pixel + n, s->samples.inverse_depth + n, whole);
     }
+    return traced;
 }
 
-const struct fv_pass fv_pass_sample = {
-    "sample", FV_BIT(FV_SELECTED) | FV_BIT(FV_COLOUR) | FV_BIT(FV_DEPTH), FV_BIT(FV_COLOUR) | FV_BIT(FV_DEPTH),
-    FV_NEEDS_GAZE, run};
+/* A tile that was to be sampled whole was not reprojected; others stay as they are. */
+static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
+{
+    uint64_t blocks = ((uint64_t *)f->buffer[FV_SELECTED][0])[tile->index], edges, failed;
+    if (blocks == fv_tile_inside(f, tile)) fv_reproject(f, tile, &edges, &failed);
+}
+
+static void expect(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings,
+                   double units[2])
+{
+    double all = 0, whole = 0, sparse = 0;
+    float whole_deg = p->foveal.r0_deg - fv_radius_deg(&f->view[0], FV_TILE);
+    for (int d = 0; d < FV_DEGREES; d++) {
+        float e = (float)d + 0.5f;
+        all += (double)rings->pixels[d];
+        if (e <= whole_deg) whole += (double)rings->tiles[d] * FV_TILE * FV_TILE;
+        sparse += (double)rings->pixels[d] * fv_reproject_share(f, &p->foveal, fv_foveal_probability(&p->foveal, e));
+    }
+    if (!f->has_history || p->foveal.p_min >= 1) whole = all;
+    whole = whole < all ? whole : all;
+    units[0] = sparse > whole ? sparse - whole : 0;
+    if (!f->has_history) units[0] = 0;
+    units[1] = whole;
+}
+
+const struct fv_pass fv_pass_sample = {.name = "sample",
+                                       .reads = FV_BIT(FV_SELECTED) | FV_BIT(FV_COLOUR) | FV_BIT(FV_DEPTH),
+                                       .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_DEPTH),
+                                       .needs = FV_NEEDS_GAZE,
+                                       .order = FV_ORDER_NEED,
+                                       .whole = FV_TILE * FV_TILE,
+                                       .run = run,
+                                       .stand_in = stand_in,
+                                       .expect = expect};

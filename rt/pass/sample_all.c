@@ -46,7 +46,7 @@ static void trace_mean(struct fv_frame *f, const struct fv_tile *tile, uint64_t 
     f->kernels->encode(samples->red, samples->green, samples->blue, f->tracer->data->exposure, s->pixel, n);
 }
 
-static void run(struct fv_frame *f, const struct fv_tile *tile)
+static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     uint32_t *colour = f->buffer[FV_COLOUR][tile->eye];
@@ -54,12 +54,22 @@ static void run(struct fv_frame *f, const struct fv_tile *tile)
     if (f->parameters.spp > 1) trace_mean(f, tile, blocks, f->parameters.spp);
     else fv_tile_trace(f, tile, blocks);
     const uint32_t *pixel = s->pixel;
+    int traced = s->samples.count * f->parameters.spp;
     for (; blocks; blocks &= blocks - 1, pixel += FV_BLOCK * FV_BLOCK) {
         int block = __builtin_ctzll(blocks);
         for (int y = 0; y < FV_BLOCK; y++)
             memcpy(colour + fv_tile_row(f, tile, block / FV_BLOCKS * FV_BLOCK + y) + block % FV_BLOCKS * FV_BLOCK,
                    pixel + y * FV_BLOCK, FV_BLOCK * sizeof *pixel);
     }
+    return traced;
 }
 
-const struct fv_pass fv_pass_sample_all = {"sample_all", 0, FV_BIT(FV_COLOUR), 0, run};
+static void expect(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings,
+                   double units[2])
+{
+    (void)rings;
+    units[0] = (double)f->eyes * f->width * f->height * p->spp;
+}
+
+const struct fv_pass fv_pass_sample_all = {
+    .name = "sample_all", .writes = FV_BIT(FV_COLOUR), .order = FV_ORDER_NEED, .run = run, .expect = expect};

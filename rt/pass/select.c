@@ -3,19 +3,12 @@
  * function is constant; only between is it evaluated block by block. */
 #include "rt/pass/pass.h"
 
-/* Half the diagonal of `size` pixels as an angle, from above: a pixel never spans more than its
- * angle at the centre of the picture, nor than its longer side. */
-static float radius_deg(const struct fv_view *view, float size)
-{
-    return 0.7072f * size * view->pixel_deg;
-}
-
-static void run(struct fv_frame *f, const struct fv_tile *tile)
+static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
     const struct fv_view *view = &f->view[tile->eye];
     const struct fv_foveal *foveal = &f->parameters.foveal;
     uint64_t *selected = (uint64_t *)f->buffer[FV_SELECTED][0] + tile->index, mask = 0;
-    float half = 0.5f * FV_TILE, radius = radius_deg(view, FV_TILE) + radius_deg(view, FV_BLOCK);
+    float half = 0.5f * FV_TILE, radius = fv_radius_deg(view, FV_TILE) + fv_radius_deg(view, FV_BLOCK);
     float centre = fv_eccentricity_deg(view, (float)tile->x0 + half, (float)tile->y0 + half);
     float outer_deg = foveal->r1_deg > foveal->r0_deg ? foveal->r1_deg : foveal->r0_deg;
     bool constant = centre + radius <= foveal->r0_deg || centre - radius >= outer_deg;
@@ -23,15 +16,24 @@ static void run(struct fv_frame *f, const struct fv_tile *tile)
     uint64_t inside = fv_tile_inside(f, tile);
     if (!f->has_history || (constant && p >= 1)) {
         *selected = inside;
-        return;
+        return 1;
     }
     for (int block = 0; block < FV_BLOCKS * FV_BLOCKS; block++) {
         /* At the block's nearest point: a block that r0 touches is sampled whole. */
         if (!constant)
-            p = fv_foveal_probability(foveal, fv_tile_eccentricity_deg(f, tile, block) - radius_deg(view, FV_BLOCK));
+            p = fv_foveal_probability(foveal, fv_tile_eccentricity_deg(f, tile, block) - fv_radius_deg(view, FV_BLOCK));
         mask |= (uint64_t)(fv_tile_threshold(f, tile, block) < p) << block;
     }
     *selected = mask & inside;
+    return 1;
 }
 
-const struct fv_pass fv_pass_select = {"select", 0, FV_BIT(FV_SELECTED), FV_NEEDS_GAZE | FV_NEEDS_NOISE, run};
+static void expect(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings,
+                   double units[2])
+{
+    (void)p, (void)rings;
+    units[0] = f->tiles;
+}
+
+const struct fv_pass fv_pass_select = {
+    .name = "select", .writes = FV_BIT(FV_SELECTED), .needs = FV_NEEDS_GAZE | FV_NEEDS_NOISE, .run = run, .expect = expect};

@@ -2,30 +2,95 @@
  * that every part of it is known a little in every frame (Weier et al. 2016, section 3). */
 #include "rt/pass/pass.h"
 
-static void run(struct fv_frame *f, const struct fv_tile *tile)
+/* Nodes of a tile: side x side, in packets of 4 x 4. At 16 pixels a tile has fewer than a packet: one
+ * tile in four then takes its neighbours' to the right and below with its own. */
+struct nodes {
+    int side;
+    int64_t stride, rows; /* of the support image */
+    int64_t x0, y0;
+};
+
+static struct nodes nodes_of(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    int group = f->spacing > 8 ? f->spacing / 8 : 1, side = FV_TILE * group / f->spacing;
+    bool first = tile->x0 / FV_TILE % group == 0 && tile->y0 / FV_TILE % group == 0;
+    return (struct nodes){.side = first ? side : 0,
+                          .stride = f->stride / f->spacing,
+                          .rows = f->rows / f->spacing,
+                          .x0 = tile->x0 / f->spacing,
+                          .y0 = tile->y0 / f->spacing};
+}
+
+/* The i-th node, in its tile. */
+static void node_at(const struct nodes *n, int i, int *x, int *y)
+{
+    int packet = i / 16, across = n->side / 4;
+    *x = packet % across * 4 + i % 4;
+    *y = packet / across * 4 + i % 16 / 4;
+}
+
+static void store(struct fv_frame *f, const struct fv_tile *tile, const struct nodes *n, int i,
+                  uint32_t colour, float inverse_depth)
+{
+    int x, y;
+    node_at(n, i, &x, &y);
+    if (n->x0 + x >= n->stride || n->y0 + y >= n->rows) return;
+    int64_t node = (n->y0 + y) * n->stride + n->x0 + x;
+    ((uint32_t *)f->buffer[FV_SUPPORT_COLOUR][tile->eye])[node] = colour;
+    ((float *)f->buffer[FV_SUPPORT_DEPTH][tile->eye])[node] = inverse_depth;
+}
+
+static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     struct fv_samples *samples = &s->samples;
-    uint32_t *colour = f->buffer[FV_SUPPORT_COLOUR][tile->eye];
-    float *depth = f->buffer[FV_SUPPORT_DEPTH][tile->eye];
-    int side = FV_TILE / f->spacing;
-    int64_t stride = f->stride / f->spacing;
-    samples->count = side * side;
+    struct nodes nodes = nodes_of(f, tile);
+    samples->count = nodes.side * nodes.side;
+    if (samples->count == 0) return 0;
     for (int i = 0; i < samples->count; i++) {
-        /* 4 x 4 nodes a packet. */
-        int block = i / 16, x = block % (side / 4) * 4 + i % 4, y = block / (side / 4) * 4 + i % 16 / 4;
+        int x, y;
+        node_at(&nodes, i, &x, &y);
         samples->x[i] = (float)tile->x0 + ((float)x + 0.5f) * (float)f->spacing;
         samples->y[i] = (float)tile->y0 + ((float)y + 0.5f) * (float)f->spacing;
     }
     f->kernels->trace(f->tracer, &f->view[tile->eye], samples, (uint32_t)f->number, s->rays);
     f->kernels->encode(samples->red, samples->green, samples->blue, f->tracer->data->exposure, s->pixel,
                        samples->count);
-    for (int i = 0; i < samples->count; i++) {
-        int block = i / 16, x = block % (side / 4) * 4 + i % 4, y = block / (side / 4) * 4 + i % 16 / 4;
-        int64_t node = (tile->y0 / f->spacing + y) * stride + tile->x0 / f->spacing + x;
-        colour[node] = s->pixel[i];
-        depth[node] = samples->inverse_depth[i];
+    for (int i = 0; i < samples->count; i++)
+        store(f, tile, &nodes, i, s->pixel[i], samples->inverse_depth[i]);
+    return samples->count;
+}
+
+/* What the last frame showed at the same places: a little off where the view moves, which reprojection
+ * mends where it looks at the surface that it finds there. */
+static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
+{
+    const uint32_t *colour = f->buffer[FV_HISTORY_COLOUR][tile->eye];
+    const float *depth = f->buffer[FV_HISTORY_DEPTH][tile->eye];
+    struct nodes nodes = nodes_of(f, tile);
+    for (int i = 0; i < nodes.side * nodes.side; i++) {
+        int x, y;
+        node_at(&nodes, i, &x, &y);
+        int64_t column = (nodes.x0 + x) * f->spacing + f->spacing / 2,
+                row = (nodes.y0 + y) * f->spacing + f->spacing / 2;
+        column = column < f->width ? column : f->width - 1;
+        row = row < f->height ? row : f->height - 1;
+        int64_t at = row * f->stride + column;
+        store(f, tile, &nodes, i, colour[at] & FV_PIXEL_COLOUR, depth[at]);
     }
 }
 
-const struct fv_pass fv_pass_support = {"support", 0, FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH), 0, run};
+static void expect(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings,
+                   double units[2])
+{
+    (void)rings;
+    units[0] = (double)f->eyes * (double)(f->stride / p->spacing) * (double)(f->rows / p->spacing);
+}
+
+const struct fv_pass fv_pass_support = {.name = "support",
+                                        .reads = FV_BIT(FV_HISTORY_COLOUR) | FV_BIT(FV_HISTORY_DEPTH),
+                                        .writes = FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH),
+                                        .needs = FV_NEEDS_HISTORY,
+                                        .run = run,
+                                        .stand_in = stand_in,
+                                        .expect = expect};

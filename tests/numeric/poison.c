@@ -156,12 +156,13 @@ static struct {
     uint32_t bits;
 } poison;
 
-static void put_poison(struct fv_frame *f, const struct fv_tile *tile)
+static int put_poison(struct fv_frame *f, const struct fv_tile *tile)
 {
     if (tile->index == 0) memcpy((uint32_t *)f->buffer[poison.buffer][0] + poison.at, &poison.bits, 4);
+    return 1;
 }
 
-static const struct fv_pass poison_pass = {"poison", 0, 0, 0, put_poison};
+static const struct fv_pass poison_pass = {.name = "poison", .run = put_poison};
 
 /* Renders the frame with the poison put in before pass `before`. */
 static void render_poisoned(struct rig *r, int frame, int before)

@@ -1,0 +1,157 @@
+/* budget: see budget.h. */
+#include "rt/frame/budget.h"
+
+#include <math.h>
+#include <string.h>
+
+void fv_budget_open(struct fv_budget *b, const struct fv_config *config, const struct fv_plan *plan,
+                    struct fv_frame *frame, struct fv_workers *workers, const struct fv_clock *clock,
+                    struct fv_trace *trace)
+{
+    int levels = plan->method->levels;
+    *b = (struct fv_budget){.config = config,
+                            .plan = plan,
+                            .periods_max = (int)config->budget_periods,
+                            .period_ns = 1e9 / config->budget_hz,
+                            .adapt = strcmp(config->budget_adapt, "on") == 0 && levels > 1};
+    fv_schedule_take(&b->schedule, frame, workers, clock, trace);
+    fv_control_open(&b->control, levels > 1 ? 1 : 0, levels - 1, workers->count, config->budget_headroom);
+}
+
+/* r0 wide enough for where the gaze may be, at levels that adapt for all the fovea; r1 keeps its distance. */
+static void widen(struct fv_foveal *f, int level, double uncertainty_deg, double usual_deg)
+{
+    float r0_deg = f->r0_deg + (float)fmax(0, uncertainty_deg - usual_deg);
+    if (f->r0_deg >= 180) return;
+    if (level > 0) r0_deg = fmaxf(r0_deg, fminf(FV_FOVEA_DEG, f->r0_deg) + (float)fmax(0, uncertainty_deg));
+    f->r1_deg += r0_deg - f->r0_deg;
+    f->r0_deg = r0_deg;
+}
+
+static void parameters_of(const struct fv_budget *b, int level, double uncertainty_deg,
+                          struct fv_parameters *out)
+{
+    b->plan->method->parameters(b->config, level, out);
+    widen(&out->foveal, level, uncertainty_deg, b->config->eye_noise_deg);
+}
+
+static void expect(struct fv_budget *b, struct fv_frame *f, double uncertainty_deg)
+{
+    const struct fv_plan *p = b->plan;
+    for (int level = b->control.first; level <= b->control.last; level++) {
+        struct fv_parameters parameters;
+        parameters_of(b, level, uncertainty_deg, &parameters);
+        b->expected[level] = (struct fv_work){0};
+        for (int i = 0; i < p->passes; i++)
+            p->pass[i]->expect(f, &parameters, &b->schedule.rings, b->expected[level].units + 2 * i);
+    }
+    b->least = (struct fv_work){0};
+    for (int i = 0; i < p->passes; i++)
+        fv_schedule_least(&b->schedule, p->pass[i], b->expected[b->control.last].units + 2 * i,
+                          b->least.units + 2 * i);
+}
+
+double fv_budget_foresee(struct fv_budget *b)
+{
+    struct fv_control *c = &b->control;
+    if (!b->adapt) return 0;
+    fv_control_choose(c, b->expected, &b->least, b->period_ns, b->present_ns.held, b->periods_max);
+    double needs_ns = fv_control_predict_ns(c, c->level, &b->expected[c->level]);
+    if (!(needs_ns > 0)) return 0;
+    return needs_ns + b->present_ns.held + c->headroom * b->period_ns;
+}
+
+/* Wall time of one stage of some work. */
+static double stage_ns(const struct fv_budget *b, int level, const struct fv_work *work, int i)
+{
+    struct fv_work of = {0};
+    of.units[2 * i] = work->units[2 * i];
+    of.units[2 * i + 1] = work->units[2 * i + 1];
+    return fv_control_predict_ns(&b->control, level, &of);
+}
+
+int fv_budget_begin(struct fv_budget *b, struct fv_frame *f, int level, const struct fv_decision *decided,
+                    double uncertainty_deg, int64_t begun_ns, int64_t deadline_ns)
+{
+    struct fv_control *c = &b->control;
+    bool adapt = b->adapt && !decided;
+    fv_schedule_look(&b->schedule, f);
+    b->begun_ns = begun_ns;
+    b->deadline_ns = 0;
+    b->expected_ns = 0;
+    b->cut = false;
+    if (decided) level = decided->level;
+    if (adapt) {
+        expect(b, f, uncertainty_deg);
+        if (deadline_ns) {
+            fv_control_fit(c, b->expected, (double)(deadline_ns - begun_ns) - b->present_ns.held);
+        } else {
+            fv_control_choose(c, b->expected, &b->least, b->period_ns, b->present_ns.held, b->periods_max);
+            deadline_ns = begun_ns + llround(c->periods * b->period_ns);
+        }
+        level = c->level;
+        b->deadline_ns = deadline_ns;
+        b->sample = (struct fv_cost_sample){.level = level, .expected = b->expected[level]};
+    }
+    parameters_of(b, level, uncertainty_deg, &f->parameters);
+    f->spacing = f->parameters.spacing;
+    return level;
+}
+
+void fv_budget_stage(struct fv_budget *b, struct fv_frame *f, int i, int done, struct fv_stage_result *r)
+{
+    const struct fv_pass *pass = b->plan->pass[i];
+    int level = b->sample.level, tiles = b->schedule.tiles;
+    struct fv_stage_limit limit = {.done = done};
+    double expected_ns = 0;
+    if (b->deadline_ns) {
+        /* A frame that has hardly begun tells little about what it costs; one of unknown cost nothing. */
+        bool known = fv_control_predict_ns(&b->control, level, &b->sample.expected) > 0;
+        limit.expected_ns = known ? fmax(b->expected_ns, 0.05 * b->period_ns) : 0;
+        limit.begun_ns = b->begun_ns;
+        limit.deadline_ns = b->deadline_ns - llround(b->straggle_ns);
+        limit.stand_in_ns = b->stand_in_ns[i].held;
+        limit.follow_ns = b->present_ns.held;
+        for (int c = 2 * (i + 1); c < 2 * b->plan->passes; c++)
+            limit.follow_ns += b->least.units[c] * fv_control_price_ns(&b->control, c);
+        expected_ns = stage_ns(b, level, &b->sample.expected, i);
+        if (pass->order == FV_ORDER_GAZE) limit.tile_ns = expected_ns / tiles;
+    }
+    fv_schedule_run(&b->schedule, f, pass, &limit, r);
+    b->expected_ns += expected_ns;
+    b->cut |= r->cut > 0;
+    if (r->cut > 0)
+        fv_peak_learn(&b->stand_in_ns[i], (double)r->stand_in_ns / r->cut / b->schedule.workers->count);
+    for (int k = 0; k < 2; k++) {
+        b->sample.done.units[2 * i + k] = r->units[k];
+        b->sample.cpu_ns[2 * i + k] = r->unit_cpu_ns[k];
+    }
+    b->sample.total_cpu_ns += (double)r->cpu_ns;
+    b->sample.wall_ns += (double)(r->end_ns - r->start_ns);
+    if (b->deadline_ns && i + 1 == b->plan->passes) {
+        double over_ns = (double)(r->end_ns - b->deadline_ns) + b->present_ns.held + b->straggle_ns;
+        b->straggle_ns =
+            fmin(fmax(b->cut ? over_ns : 0, b->straggle_ns * (1 - 1.0 / 64)), 0.25 * b->period_ns);
+    }
+}
+
+void fv_budget_end(struct fv_budget *b, struct fv_frame *f)
+{
+    int64_t reprojected = 0, edges = 0, failed = 0;
+    for (int w = 0; w < b->schedule.workers->count; w++) {
+        reprojected += f->scratch[w].reprojected;
+        edges += f->scratch[w].edges;
+        failed += f->scratch[w].failed;
+    }
+    if (reprojected > 0) {
+        f->edge_share = (float)edges / (float)reprojected;
+        f->failed_share = (float)failed / (float)reprojected;
+    }
+    b->sample.cut = b->cut;
+    if (b->deadline_ns) fv_control_learn(&b->control, &b->sample);
+}
+
+void fv_budget_presented(struct fv_budget *b, double ns)
+{
+    fv_peak_learn(&b->present_ns, ns);
+}
