@@ -36,7 +36,7 @@ static void latch(void *context, int64_t t_ns, struct fv_pose *head, double gaze
     struct measure *m = context;
     struct fv_pose relative;
     struct fv_gaze g;
-    fv_setup_latch(&m->setup, t_ns, &relative, &g, head);
+    fv_setup_latch(&m->setup, t_ns, t_ns, &relative, &g, head);
     memcpy(gaze, g.direction, sizeof g.direction);
     *uncertainty_deg = g.uncertainty_deg;
 }

@@ -32,17 +32,16 @@ static void on_signal(int number)
     stopped = 1;
 }
 
-static void latch(void *context, int64_t now_ns, int64_t t_ns, struct fv_pose *head, double gaze[2][3],
+static void latch(void *context, int64_t now_ns, int64_t show_ns, struct fv_pose *head, double gaze[2][3],
                   double *uncertainty_deg)
 {
-    (void)now_ns;
     struct run *r = context;
     struct fv_pose relative;
     struct fv_gaze g;
-    fv_setup_latch(&r->setup, t_ns, &relative, &g, head);
-    fv_record_latch(t_ns, &relative, &g);
+    fv_setup_latch(&r->setup, now_ns, show_ns, &relative, &g, head);
+    fv_record_latch(show_ns, &relative, &g);
     memcpy(gaze, g.direction, sizeof g.direction);
-    r->gaze_latency_ms = (float)((double)(t_ns - g.t_ns) * 1e-6);
+    r->gaze_latency_ms = (float)((double)(now_ns - g.t_ns) * 1e-6);
     *uncertainty_deg = g.uncertainty_deg;
 }
 

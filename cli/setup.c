@@ -46,12 +46,12 @@ int fv_setup_start(struct fv_setup *s, bool gaze, struct fv_error *error)
     return 0;
 }
 
-void fv_setup_latch(struct fv_setup *s, int64_t t_ns, struct fv_pose *relative, struct fv_gaze *gaze,
-                    struct fv_pose *head)
+void fv_setup_latch(struct fv_setup *s, int64_t now_ns, int64_t show_ns, struct fv_pose *relative,
+                    struct fv_gaze *gaze, struct fv_pose *head)
 {
     struct fv_pose stand;
-    fv_sensors_latch(s->sensors, t_ns, relative, gaze);
-    fv_path_pose(&s->config.scene_path, s->config.scene_path_seconds, t_ns, &stand);
+    fv_sensors_latch(s->sensors, now_ns, show_ns, relative, gaze);
+    fv_path_pose(&s->config.scene_path, s->config.scene_path_seconds, show_ns, &stand);
     fv_pose_compose(&stand, relative, head);
 }
 

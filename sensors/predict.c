@@ -27,15 +27,24 @@ static double until(int64_t newest_ns, int64_t t_ns)
     return 1e-9 * (double)(ahead < FV_PREDICT_MAX_NS ? ahead : FV_PREDICT_MAX_NS);
 }
 
-/* Good samples, newest first, as far as each is less than apart_ns older than the one after it. */
+static bool apart(int64_t newer_ns, int64_t older_ns)
+{
+    return (uint64_t)newer_ns - (uint64_t)older_ns > (uint64_t)apart_ns;
+}
+
+/* Good samples, newest first, as far as each is less than apart_ns older than the one after it; of equal
+ * ones the first. */
 static int head_history(const struct fv_head_sample *history, int count, const struct fv_head_sample **out)
 {
     int n = 0;
+    int64_t seen_ns = 0; /* the newest time of out[n - 1]'s pose */
     for (int i = count - 1; i >= 0 && i >= count - HISTORY; i--) {
         const struct fv_head_sample *s = &history[i];
         if (!fv_head_pose_good(&s->pose) || (n > 0 && s->t_ns >= out[n - 1]->t_ns)) continue;
-        if (n > 0 && (uint64_t)out[n - 1]->t_ns - (uint64_t)s->t_ns > (uint64_t)apart_ns) break;
-        out[n++] = s;
+        bool again = n > 0 && memcmp(&out[n - 1]->pose, &s->pose, sizeof s->pose) == 0;
+        if (n > 0 && apart(again ? seen_ns : out[n - 1]->t_ns, s->t_ns)) break;
+        if (!again) seen_ns = s->t_ns;
+        out[again ? n - 1 : n++] = s;
     }
     return n;
 }
@@ -125,22 +134,41 @@ static void head_decay(const struct fv_head_sample *history, int count, int64_t 
 }
 
 const struct fv_head_predictor fv_head_predictors[FV_HEAD_PREDICTORS] = {
-    [FV_PREDICT_HEAD_HOLD] = {"hold", head_hold},
-    [FV_PREDICT_HEAD_TWO] = {"velocity of the last two", head_two},
-    [FV_PREDICT_HEAD_SLOPE] = {"velocity over 20 ms", head_slope},
-    [FV_PREDICT_HEAD_DECAY] = {"velocity that decays", head_decay},
+    [FV_PREDICT_HEAD_HOLD] = {"hold", "hold", head_hold},
+    [FV_PREDICT_HEAD_TWO] = {"two", "velocity of the last two", head_two},
+    [FV_PREDICT_HEAD_SLOPE] = {"slope", "velocity over 20 ms", head_slope},
+    [FV_PREDICT_HEAD_DECAY] = {"decay", "velocity that decays", head_decay},
 };
 
-/* The newest good samples, newest first, at most two. */
-static int gaze_history(const struct fv_gaze_sample *history, int count, const struct fv_gaze_sample *out[2])
+/* The newest good samples, newest first, at most `most`. */
+static int gaze_history(const struct fv_gaze_sample *history, int count, int most,
+                        const struct fv_gaze_sample **out)
 {
     int n = 0;
-    for (int i = count - 1; i >= 0 && i >= count - HISTORY && n < 2; i--) {
+    for (int i = count - 1; i >= 0 && i >= count - HISTORY && n < most; i--) {
         const struct fv_gaze_sample *s = &history[i];
         bool good = fv_gaze_direction_good(s->direction[0]) && fv_gaze_direction_good(s->direction[1]);
-        if (s->valid && good && (n == 0 || s->t_ns < out[0]->t_ns)) out[n++] = s;
+        if (s->valid && good && (n == 0 || s->t_ns < out[n - 1]->t_ns)) out[n++] = s;
     }
     return n;
+}
+
+static double between_rad(const double a[3], const double b[3])
+{
+    double axis[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+    return atan2(length3(axis), a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
+}
+
+double fv_gaze_speed_deg_s(const struct fv_gaze_sample *history, int count, double noise_deg)
+{
+    const struct fv_gaze_sample *s[HISTORY];
+    int n = gaze_history(history, count, HISTORY, s), from = 1;
+    if (n < 2 || apart(s[0]->t_ns, s[1]->t_ns)) return INFINITY;
+    while (from + 1 < n && (uint64_t)s[0]->t_ns - (uint64_t)s[from + 1]->t_ns <= (uint64_t)window_ns) from++;
+    double seconds = 1e-9 * (double)(s[0]->t_ns - s[from]->t_ns);
+    double way = fmax(between_rad(s[from]->direction[0], s[0]->direction[0]),
+                      between_rad(s[from]->direction[1], s[0]->direction[1]));
+    return fmax(way * (180 / M_PI) - noise_deg, 0) / seconds;
 }
 
 /* `to`, turned on about the axis that took `from` to it: `factor` times as far. False where that is too
@@ -162,9 +190,9 @@ static bool turn_on(const double from[3], const double to[3], double factor, dou
 static void gaze_hold(const struct fv_gaze_sample *history, int count, int64_t t_ns, double direction[2][3])
 {
     static const double ahead[2][3] = {{0, 0, -1}, {0, 0, -1}};
-    const struct fv_gaze_sample *s[2];
+    const struct fv_gaze_sample *s[1];
     (void)t_ns;
-    memcpy(direction, gaze_history(history, count, s) ? s[0]->direction : ahead, sizeof ahead);
+    memcpy(direction, gaze_history(history, count, 1, s) ? s[0]->direction : ahead, sizeof ahead);
 }
 
 static void gaze_velocity(const struct fv_gaze_sample *history, int count, int64_t t_ns,
@@ -172,10 +200,9 @@ static void gaze_velocity(const struct fv_gaze_sample *history, int count, int64
 {
     const struct fv_gaze_sample *s[2];
     gaze_hold(history, count, t_ns, direction);
-    if (gaze_history(history, count, s) < 2) return;
-    uint64_t between_ns = (uint64_t)s[0]->t_ns - (uint64_t)s[1]->t_ns;
-    if (between_ns > (uint64_t)apart_ns) return;
-    double seconds = 1e-9 * (double)between_ns, factor = until(s[0]->t_ns, t_ns) / seconds, turned[2][3];
+    if (gaze_history(history, count, 2, s) < 2 || apart(s[0]->t_ns, s[1]->t_ns)) return;
+    double seconds = 1e-9 * (double)(s[0]->t_ns - s[1]->t_ns), turned[2][3];
+    double factor = until(s[0]->t_ns, t_ns) / seconds;
     for (int eye = 0; eye < 2; eye++)
         if (!turn_on(s[1]->direction[eye], s[0]->direction[eye], factor, seconds, turned[eye])) return;
     memcpy(direction, turned, sizeof turned);

@@ -5,6 +5,7 @@
 
 #include "platform/arena.h"
 #include "sensors/motion.h"
+#include "sensors/predict.h"
 #include "sensors/tape.h"
 
 #include <math.h>
@@ -13,6 +14,10 @@
 static const double return_s = 0.3; /* time of the move to the centre */
 static const double lost_deg = 20;  /* uncertainty when nothing is known */
 static const double ahead[3] = {0, 0, -1};
+static const double pursuit_max_deg_s = 100;
+/* Rates of the simulated devices: enough samples for the predictors' 20 ms. */
+static const int64_t sim_head_period_ns = 1000000, sim_gaze_period_ns = 5000000;
+enum { SIM_HEADS = 22, SIM_GAZES = 6 };
 
 struct fv_sensors {
     const struct eye_source *eye;
@@ -20,22 +25,29 @@ struct fv_sensors {
     struct fv_tape eye_tape, imu_tape;
     uint64_t eye_seed, imu_seed;
     double hold_s, noise_deg;
+    const struct fv_head_predictor *predictor;
+    struct fv_head_sample sim_head[SIM_HEADS]; /* newest last */
+    struct fv_gaze_sample sim_gaze[SIM_GAZES];
     struct fv_sensors_counts counts;
     struct fv_pose pose;        /* last good one */
     struct fv_gaze_sample gaze; /* last good one; valid: there was one */
-    int64_t gaze_latch_ns;      /* when it was latched */
+    int64_t gaze_latch_ns;      /* what time it was latched for */
 };
 
+/* sample: what is at a time; false: the source gives none. history: the samples that are known at a time,
+ * oldest first, and that time on their clock; returns their number. */
 struct eye_source {
     const char *name;
     int (*open)(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error);
-    bool (*sample)(const struct fv_sensors *s, int64_t t_ns, struct fv_gaze_sample *gaze); /* false: none */
+    bool (*sample)(const struct fv_sensors *s, int64_t t_ns, struct fv_gaze_sample *gaze);
+    int (*history)(struct fv_sensors *s, int64_t t_ns, const struct fv_gaze_sample **history, int64_t *at_ns);
 };
 
 struct imu_source {
     const char *name;
     int (*open)(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error);
-    bool (*sample)(const struct fv_sensors *s, int64_t t_ns, struct fv_pose *head); /* false: none */
+    bool (*sample)(const struct fv_sensors *s, int64_t t_ns, struct fv_pose *head);
+    int (*history)(struct fv_sensors *s, int64_t t_ns, const struct fv_head_sample **history, int64_t *at_ns);
 };
 
 static int open_nothing(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error)
@@ -77,10 +89,27 @@ static bool eye_sim(const struct fv_sensors *s, int64_t t_ns, struct fv_gaze_sam
     return true;
 }
 
+static int eye_sim_history(struct fv_sensors *s, int64_t t_ns, const struct fv_gaze_sample **history,
+                           int64_t *at_ns)
+{
+    int64_t into_ns, newest = fv_motion_epoch(t_ns, sim_gaze_period_ns, &into_ns);
+    for (int i = 0; i < SIM_GAZES; i++)
+        fv_sim_gaze(s->eye_seed, (newest - (SIM_GAZES - 1) + i) * sim_gaze_period_ns, &s->sim_gaze[i]);
+    *history = s->sim_gaze;
+    *at_ns = newest * sim_gaze_period_ns + into_ns;
+    return SIM_GAZES;
+}
+
 static bool eye_tape(const struct fv_sensors *s, int64_t t_ns, struct fv_gaze_sample *gaze)
 {
     fv_tape_gaze_at(&s->eye_tape, t_ns, gaze);
     return true;
+}
+
+static int eye_tape_history(struct fv_sensors *s, int64_t t_ns, const struct fv_gaze_sample **history,
+                            int64_t *at_ns)
+{
+    return fv_tape_gaze_history(&s->eye_tape, t_ns, history, at_ns);
 }
 
 static bool eye_none(const struct fv_sensors *s, int64_t t_ns, struct fv_gaze_sample *gaze)
@@ -96,10 +125,29 @@ static bool imu_sim(const struct fv_sensors *s, int64_t t_ns, struct fv_pose *he
     return true;
 }
 
+static int imu_sim_history(struct fv_sensors *s, int64_t t_ns, const struct fv_head_sample **history,
+                           int64_t *at_ns)
+{
+    int64_t into_ns, newest = fv_motion_epoch(t_ns, sim_head_period_ns, &into_ns);
+    for (int i = 0; i < SIM_HEADS; i++) {
+        s->sim_head[i].t_ns = (newest - (SIM_HEADS - 1) + i) * sim_head_period_ns;
+        fv_sim_head(s->imu_seed, s->sim_head[i].t_ns, &s->sim_head[i].pose);
+    }
+    *history = s->sim_head;
+    *at_ns = newest * sim_head_period_ns + into_ns;
+    return SIM_HEADS;
+}
+
 static bool imu_tape(const struct fv_sensors *s, int64_t t_ns, struct fv_pose *head)
 {
     fv_tape_head_at(&s->imu_tape, t_ns, head);
     return true;
+}
+
+static int imu_tape_history(struct fv_sensors *s, int64_t t_ns, const struct fv_head_sample **history,
+                            int64_t *at_ns)
+{
+    return fv_tape_head_history(&s->imu_tape, t_ns, history, at_ns);
 }
 
 static bool imu_none(const struct fv_sensors *s, int64_t t_ns, struct fv_pose *head)
@@ -109,10 +157,13 @@ static bool imu_none(const struct fv_sensors *s, int64_t t_ns, struct fv_pose *h
     return false;
 }
 
-static const struct eye_source eye_sources[] = {
-    {"sim", open_nothing, eye_sim}, {"tape", open_eye_tape, eye_tape}, {"none", open_nothing, eye_none}};
-static const struct imu_source imu_sources[] = {
-    {"sim", open_nothing, imu_sim}, {"tape", open_imu_tape, imu_tape}, {"none", open_nothing, imu_none}};
+/* A source without a history is as it is at any time. */
+static const struct eye_source eye_sources[] = {{"sim", open_nothing, eye_sim, eye_sim_history},
+                                                {"tape", open_eye_tape, eye_tape, eye_tape_history},
+                                                {"none", open_nothing, eye_none, NULL}};
+static const struct imu_source imu_sources[] = {{"sim", open_nothing, imu_sim, imu_sim_history},
+                                                {"tape", open_imu_tape, imu_tape, imu_tape_history},
+                                                {"none", open_nothing, imu_none, NULL}};
 
 int fv_sensors_open(struct fv_sensors **sensors, const struct fv_config *config, struct fv_error *error)
 {
@@ -126,9 +177,13 @@ int fv_sensors_open(struct fv_sensors **sensors, const struct fv_config *config,
         if (strcmp(config->eye_source, eye_sources[i].name) == 0) s->eye = &eye_sources[i];
     for (unsigned i = 0; i < sizeof imu_sources / sizeof imu_sources[0]; i++)
         if (strcmp(config->imu_source, imu_sources[i].name) == 0) s->imu = &imu_sources[i];
+    for (int i = 0; i < FV_HEAD_PREDICTORS; i++)
+        if (strcmp(config->imu_predict, fv_head_predictors[i].name) == 0) s->predictor = &fv_head_predictors[i];
     if (!s->eye) return fv_config_error(error, "eye.source", "'%s' is no source of gaze", config->eye_source);
     if (!s->imu)
         return fv_config_error(error, "imu.source", "'%s' is no source of head poses", config->imu_source);
+    if (!s->predictor)
+        return fv_config_error(error, "imu.predict", "'%s' is no way to predict", config->imu_predict);
     if (s->eye->open(s, config, error) || s->imu->open(s, config, error)) return -1;
     *sensors = s;
     return 0;
@@ -150,34 +205,79 @@ static void hold(const struct fv_sensors *s, int64_t t_ns, struct fv_gaze *gaze)
     double seconds = ((double)t_ns - (double)s->gaze_latch_ns) * 1e-9;
     double gone = s->gaze.valid ? fv_motion_minimum_jerk((seconds - s->hold_s) / return_s) : 1;
     double lost = !s->gaze.valid || seconds >= s->hold_s ? 1 : seconds > 0 ? seconds / s->hold_s : 0;
+    double known_deg = s->gaze.valid ? s->gaze.uncertainty_deg : s->noise_deg;
     for (int eye = 0; eye < 2; eye++) {
         if (gone <= 0) memcpy(gaze->direction[eye], s->gaze.direction[eye], sizeof gaze->direction[eye]);
         else if (gone >= 1) memcpy(gaze->direction[eye], ahead, sizeof ahead);
         else turn_ahead(s->gaze.direction[eye], gone, gaze->direction[eye]);
     }
     gaze->t_ns = s->gaze.valid ? s->gaze.t_ns : t_ns;
-    gaze->uncertainty_deg = s->noise_deg + fmax(lost_deg - s->noise_deg, 0) * lost;
+    gaze->uncertainty_deg = known_deg + fmax(lost_deg - known_deg, 0) * lost;
     gaze->held = true;
 }
 
-void fv_sensors_latch(struct fv_sensors *s, int64_t t_ns, struct fv_pose *head, struct fv_gaze *gaze)
+/* How far show_ns lies behind now_ns, at most what is predicted. */
+static int64_t horizon_ns(int64_t now_ns, int64_t show_ns)
+{
+    uint64_t ns = (uint64_t)show_ns - (uint64_t)now_ns;
+    return ns < FV_PREDICT_MAX_NS ? (int64_t)ns : FV_PREDICT_MAX_NS;
+}
+
+/* The pose at show_ns, predicted from what is known at now_ns where that is earlier; false: the source
+ * gives none. */
+static bool head_for(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, struct fv_pose *head)
+{
+    const struct fv_head_sample *history;
+    int64_t at_ns;
+    if (now_ns >= show_ns || !s->imu->history) return s->imu->sample(s, show_ns, head);
+    int count = s->imu->history(s, now_ns, &history, &at_ns);
+    s->predictor->predict(history, count, at_ns + horizon_ns(now_ns, show_ns), head);
+    return true;
+}
+
+/* The gaze at show_ns, or the newest that is known at now_ns where that is earlier, with the uncertainty that it
+ * has at show_ns; false: the source gives none. */
+static bool gaze_for(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, struct fv_gaze_sample *gaze)
+{
+    const struct fv_gaze_sample *history;
+    int64_t at_ns, age_ns;
+    bool late = now_ns < show_ns && s->eye->history;
+    if (!late) {
+        bool any = s->eye->sample(s, show_ns, gaze);
+        if (!(gaze->uncertainty_deg > 0)) gaze->uncertainty_deg = s->noise_deg;
+        return any;
+    }
+    int count = s->eye->history(s, now_ns, &history, &at_ns);
+    *gaze = count > 0 ? history[count - 1] : (struct fv_gaze_sample){.t_ns = at_ns};
+    age_ns = at_ns - gaze->t_ns;
+    gaze->t_ns = now_ns < INT64_MIN + age_ns ? INT64_MIN : now_ns - age_ns;
+    gaze->valid = gaze->valid && age_ns <= FV_TAPE_STALE_NS;
+    double known_deg = gaze->uncertainty_deg > 0 ? gaze->uncertainty_deg : s->noise_deg;
+    double speed_deg_s = fmin(fv_gaze_speed_deg_s(history, count, known_deg), pursuit_max_deg_s);
+    double moved_deg = speed_deg_s * 1e-9 * (double)(age_ns + horizon_ns(now_ns, show_ns));
+    gaze->uncertainty_deg = fmin(known_deg + moved_deg, fmax(known_deg, lost_deg));
+    return true;
+}
+
+void fv_sensors_latch(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, struct fv_pose *head,
+                      struct fv_gaze *gaze)
 {
     struct fv_gaze_sample sample;
     struct fv_pose pose;
-    s->counts.imu_samples += s->imu->sample(s, t_ns, &pose);
+    s->counts.imu_samples += head_for(s, now_ns, show_ns, &pose);
     if (fv_head_pose_good(&pose)) s->pose = pose;
     else s->counts.imu_rejected++;
     *head = s->pose;
-    s->counts.gaze_samples += s->eye->sample(s, t_ns, &sample);
+    s->counts.gaze_samples += gaze_for(s, now_ns, show_ns, &sample);
     if (sample.valid && fv_gaze_direction_good(sample.direction[0]) &&
         fv_gaze_direction_good(sample.direction[1])) {
         s->gaze = sample;
-        s->gaze_latch_ns = t_ns;
-        *gaze = (struct fv_gaze){.t_ns = sample.t_ns, .uncertainty_deg = s->noise_deg};
+        s->gaze_latch_ns = show_ns;
+        *gaze = (struct fv_gaze){.t_ns = sample.t_ns, .uncertainty_deg = sample.uncertainty_deg};
         memcpy(gaze->direction, sample.direction, sizeof gaze->direction);
     } else {
         s->counts.gaze_lost++;
-        hold(s, t_ns, gaze);
+        hold(s, show_ns, gaze);
     }
 }
 

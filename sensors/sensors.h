@@ -1,6 +1,6 @@
-/* sensors: what the frame loop latches: a head pose and a gaze, each for a given time.
+/* sensors: what the frame loop latches: a head pose and a gaze, each for the time at which it is shown.
  *
- * A source is a row of a const table: {name, open, sample}. The loop cannot tell simulated,
+ * A source is a row of a const table: {name, open, sample, history}. The loop cannot tell simulated,
  * taped and real ones apart. Simulated sources are pure functions of time and seed. */
 #ifndef FV_SENSORS_SENSORS_H
 #define FV_SENSORS_SENSORS_H
@@ -24,6 +24,7 @@ struct fv_gaze_sample {
     int64_t t_ns;
     double direction[2][3];
     bool valid;
+    double uncertainty_deg; /* as the source knows it; 0: it does not say, eye.noise_deg holds */
 };
 
 /* What the loop gets: gaze after holding, with its uncertainty. */
@@ -46,12 +47,24 @@ struct fv_sensors_counts {
  * the arena. Returns 0, or -1 with the error set (file:line). */
 int fv_sensors_open(struct fv_sensors **sensors, const struct fv_config *config, struct fv_error *error);
 
-/* Pose and gaze for a session time, t_ns growing from call to call. Head samples between two
- * readings are interpolated (slerp); past a tape's end the tape starts again. A lost gaze is
- * held up to eye.hold_ms, then goes to the centre in a smooth move, its uncertainty growing
- * meanwhile. Never NaN: samples that are not finite or not unit length (to 1e-3), or a gaze that is
- * not in front of the face, are rejected and counted. */
-void fv_sensors_latch(struct fv_sensors *sensors, int64_t t_ns, struct fv_pose *head, struct fv_gaze *gaze);
+/* Pose and gaze for showing at the session time show_ns, from what is known at now_ns (taken as show_ns
+ * where it is later); both grow from call to call.
+ *
+ * now_ns < show_ns: no sample later than now_ns is used. Simulated sources are read at a device's rate,
+ * tapes at their own rows; before the first there is none. The head is predicted from there to show_ns
+ * (imu.predict), at most FV_PREDICT_MAX_NS. The gaze is the newest one; its uncertainty grows by
+ * what it may have moved between its sample and show_ns: its speed (fv_gaze_speed_deg_s), at most that of
+ * the fastest pursuit, 100 degrees a second (Meyer, Lasker and Robinson 1985), for anything faster is a
+ * saccade, during which little is seen.
+ *
+ * now_ns = show_ns: simulated sources are sampled at that time, head poses of a tape interpolated between
+ * its rows (slerp).
+ *
+ * Past a tape's end the tape starts again. A lost gaze is held up to eye.hold_ms, then goes to the centre
+ * in a smooth move, its uncertainty growing meanwhile. Never NaN: samples that are not finite or not unit
+ * length (to 1e-3), or a gaze that is not in front of the face, are rejected and counted. */
+void fv_sensors_latch(struct fv_sensors *sensors, int64_t now_ns, int64_t show_ns, struct fv_pose *head,
+                      struct fv_gaze *gaze);
 
 struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *sensors);
 

@@ -1,4 +1,4 @@
-/* tape: parsing, looking up and writing; see tape.h.
+/* tape: parsing and writing; see tape.h. Looking up is in tape_at.c.
  *
  * Besides our own, two formats of others are read, recognised by their column names:
  *
@@ -68,21 +68,23 @@ static row_function own_head_row, own_gaze_row, varjo_row, text_row;
 static const struct format {
     const char *first_line; /* "" where the column names come first */
     const char *columns;    /* names wanted, the time first */
+    const char *optional;   /* one more, whose value is 0 where it is not there; NULL: none */
     char separator;
     bool seconds; /* time in s, not in integer ns */
     row_function *row;
 } formats[] = {
     {"# foveola head 1",
-     "t_ns,position_x_m,position_y_m,position_z_m,rotation_w,rotation_x,rotation_y,rotation_z", ',', false,
-     own_head_row},
-    {"# foveola gaze 1", "t_ns,left_x,left_y,left_z,right_x,right_y,right_z,valid", ',', false, own_gaze_row},
+     "t_ns,position_x_m,position_y_m,position_z_m,rotation_w,rotation_x,rotation_y,rotation_z", NULL, ',',
+     false, own_head_row},
+    {"# foveola gaze 1", "t_ns,left_x,left_y,left_z,right_x,right_y,right_z,valid", "uncertainty_deg", ',',
+     false, own_gaze_row},
     {"",
      "raw_timestamp,HMD_position_x,HMD_position_y,HMD_position_z,HMD_rotation_x,HMD_rotation_y,HMD_rotation_"
      "z,"
      "gaze_forward_x,gaze_forward_y,gaze_forward_z,left_forward_x,left_forward_y,left_forward_z,"
      "right_forward_x,right_forward_y,right_forward_z,status,left_status,right_status",
-     ',', false, varjo_row},
-    {"", "timestamp w x y z", ' ', true, text_row},
+     NULL, ',', false, varjo_row},
+    {"", "timestamp w x y z", NULL, ' ', true, text_row},
 };
 enum { FORMATS = sizeof formats / sizeof formats[0] };
 
@@ -132,8 +134,10 @@ static const char *own_gaze_row(struct reading *r, const double *value, struct r
 {
     (void)r;
     if (value[6] != 0 && value[6] != 1) return "valid must be 0 or 1";
+    if (!(value[7] >= 0 && value[7] <= 180)) return "uncertainty_deg must be 0 to 180";
     row->has_gaze = true;
     row->gaze.valid = value[6] == 1;
+    row->gaze.uncertainty_deg = value[7];
     memcpy(row->gaze.direction, value, sizeof row->gaze.direction);
     tidy_gaze(&row->gaze);
     return NULL;
@@ -242,20 +246,27 @@ static bool same(struct field f, const char *text, size_t length)
     return (size_t)(f.end - f.start) == length && memcmp(f.start, text, length) == 0;
 }
 
-/* Finds the format's columns by name in the header; false when one is missing. */
+static int find_column(const struct field *field, int fields, const char *name, size_t length)
+{
+    for (int i = 0; i < fields; i++)
+        if (same(field[i], name, length)) return i;
+    return -1;
+}
+
+/* Finds the format's columns by name in the header; false when one is missing that must be there. */
 static bool find_columns(const struct format *format, struct field header, int column[VALUES_MAX])
 {
     struct field field[COLUMNS_MAX];
     int fields = split(header, format->separator, field), wanted = 0;
     for (const char *name = format->columns; *name; wanted++) {
         size_t length = strcspn(name, format->separator == ' ' ? " " : ",");
-        column[wanted] = -1;
-        for (int i = 0; i < fields && column[wanted] < 0; i++)
-            if (same(field[i], name, length)) column[wanted] = i;
+        column[wanted] = find_column(field, fields, name, length);
         if (column[wanted] < 0) return false;
         name += length + (name[length] != 0);
     }
-    column[wanted] = -1; /* the end */
+    const char *optional = format->optional;
+    column[wanted] = optional ? find_column(field, fields, optional, strlen(optional)) : -1;
+    column[wanted + 1] = -1; /* the end */
     return true;
 }
 
@@ -289,7 +300,7 @@ static const char *take_row(struct reading *r, struct field line)
 {
     struct fv_tape *tape = r->tape;
     struct field field[COLUMNS_MAX];
-    double value[VALUES_MAX];
+    double value[VALUES_MAX] = {0};
     struct row row = {0};
     int64_t t_ns = 0;
     if (line.end - line.start > FV_TAPE_LINE_MAX) return "the line is too long";
@@ -391,46 +402,6 @@ int fv_tape_read(struct fv_tape *tape, const char *path, struct fv_error *error)
     return result;
 }
 
-/* Session time to the tape's: any time before its first row is just before; it starts again a mean
- * step after its last. */
-static int64_t tape_time_ns(const struct fv_tape *tape, int64_t t_ns)
-{
-    int64_t span = tape->last_ns - tape->first_ns;
-    if (t_ns < tape->first_ns) return tape->first_ns - 1;
-    int64_t length = tape->rows > 1 ? span + span / (tape->rows - 1) : 1;
-    return t_ns <= tape->last_ns ? t_ns : tape->first_ns + (t_ns - tape->first_ns) % length;
-}
-
-void fv_tape_head_at(const struct fv_tape *tape, int64_t t_ns, struct fv_pose *head)
-{
-    int64_t at = tape_time_ns(tape, t_ns), low = 0, high = tape->heads;
-    while (high - low > 1) { /* the last sample not after `at`, or the first */
-        int64_t middle = low + (high - low) / 2;
-        if (tape->head[middle].t_ns <= at) low = middle;
-        else high = middle;
-    }
-    const struct fv_head_sample *a = &tape->head[low], *b = a + 1;
-    *head = a->pose;
-    if (at <= a->t_ns || high == tape->heads) return;
-    double part = (double)(at - a->t_ns) / (double)(b->t_ns - a->t_ns);
-    for (int i = 0; i < 3; i++) head->position_m[i] += (b->pose.position_m[i] - a->pose.position_m[i]) * part;
-    fv_quat_slerp(a->pose.rotation, b->pose.rotation, part, head->rotation);
-}
-
-void fv_tape_gaze_at(const struct fv_tape *tape, int64_t t_ns, struct fv_gaze_sample *gaze)
-{
-    int64_t at = tape_time_ns(tape, t_ns), low = 0, high = tape->gazes;
-    while (high - low > 1) {
-        int64_t middle = low + (high - low) / 2;
-        if (tape->gaze[middle].t_ns <= at) low = middle;
-        else high = middle;
-    }
-    *gaze = tape->gaze[low];
-    int64_t age = at - gaze->t_ns;
-    if (age < 0 || age > FV_TAPE_STALE_NS) gaze->valid = false;
-    gaze->t_ns = age < 0 ? t_ns : t_ns - age;
-}
-
 void fv_tape_begin_head(struct fv_writer *writer)
 {
     fv_writer_print(writer, "%s\n%s\n", formats[0].first_line, formats[0].columns);
@@ -438,7 +409,7 @@ void fv_tape_begin_head(struct fv_writer *writer)
 
 void fv_tape_begin_gaze(struct fv_writer *writer)
 {
-    fv_writer_print(writer, "%s\n%s\n", formats[1].first_line, formats[1].columns);
+    fv_writer_print(writer, "%s\n%s,%s\n", formats[1].first_line, formats[1].columns, formats[1].optional);
 }
 
 void fv_tape_write_head(struct fv_writer *writer, const struct fv_head_sample *sample)
@@ -451,6 +422,6 @@ void fv_tape_write_head(struct fv_writer *writer, const struct fv_head_sample *s
 void fv_tape_write_gaze(struct fv_writer *writer, const struct fv_gaze_sample *sample)
 {
     const double *l = sample->direction[0], *r = sample->direction[1];
-    fv_writer_print(writer, "%lld,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%d\n", (long long)sample->t_ns, l[0],
-                    l[1], l[2], r[0], r[1], r[2], sample->valid);
+    fv_writer_print(writer, "%lld,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%d,%.17g\n", (long long)sample->t_ns, l[0],
+                    l[1], l[2], r[0], r[1], r[2], sample->valid, sample->uncertainty_deg);
 }

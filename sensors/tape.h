@@ -7,12 +7,13 @@
  *   t_ns,position_x_m,position_y_m,position_z_m,rotation_w,rotation_x,rotation_y,rotation_z
  *
  *   # foveola gaze 1
- *   t_ns,left_x,left_y,left_z,right_x,right_y,right_z,valid
+ *   t_ns,left_x,left_y,left_z,right_x,right_y,right_z,valid,uncertainty_deg
  *
- * with the axes and meanings of sensors.h and session time; values are printed so that they read back
- * to the same bits. A session is recorded with one row a latch, t_ns being the latch's time and valid
- * being !held; played back at the same times it gives the same poses and gazes. tape.c says which
- * formats of others are read. */
+ * with the axes and meanings of sensors.h and session time, the last column of gazes being free to lack;
+ * values are printed so that they read back to the same bits. A session is recorded with one row a latch:
+ * t_ns is the time that was latched for, the pose as predicted for it, valid is !held; played back at
+ * those times, known and shown at once, it gives the same poses, gazes and uncertainties. tape.c says
+ * which formats of others are read. */
 #ifndef FV_SENSORS_TAPE_H
 #define FV_SENSORS_TAPE_H
 
@@ -57,6 +58,14 @@ void fv_tape_head_at(const struct fv_tape *tape, int64_t t_ns, struct fv_pose *h
 
 /* The newest sample at a session time; not valid before the first and when it is stale. gazes > 0. */
 void fv_tape_gaze_at(const struct fv_tape *tape, int64_t t_ns, struct fv_gaze_sample *gaze);
+
+/* The samples that are known at a session time: the newest FV_TAPE_HISTORY of those up to then since the
+ * tape's start or its newest one. Returns their number. *at_ns: t_ns on the samples' clock. */
+enum { FV_TAPE_HISTORY = 64 };
+int fv_tape_head_history(const struct fv_tape *tape, int64_t t_ns, const struct fv_head_sample **history,
+                         int64_t *at_ns);
+int fv_tape_gaze_history(const struct fv_tape *tape, int64_t t_ns, const struct fv_gaze_sample **history,
+                         int64_t *at_ns);
 
 /* True when `direction` is finite, of unit length (to 1e-3) and in front of the face. */
 bool fv_gaze_direction_good(const double direction[3]);

@@ -126,4 +126,5 @@ void fv_sim_gaze(uint64_t seed, int64_t t_ns, struct fv_gaze_sample *gaze)
     }
     gaze->t_ns = t_ns;
     gaze->valid = !blinking(seed, t_ns);
+    gaze->uncertainty_deg = 0;
 }
