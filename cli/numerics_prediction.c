@@ -8,6 +8,7 @@
 #include "sensors/tape.h"
 
 #include <math.h>
+#include <string.h>
 
 enum {
     HISTORY = 32,
@@ -107,6 +108,18 @@ static void *take(size_t bytes)
     return fv_arena_take(fv_arena(), "numerics", bytes, 64);
 }
 
+/* The tape's readings, each once: where rows come faster than poses, what a head did lies between those
+ * that differ. */
+static struct heads tape_heads(const struct fv_tape *tape)
+{
+    struct fv_head_sample *sample = take((size_t)tape->heads * sizeof *sample);
+    struct heads heads = {"imu.tape", sample, 0};
+    for (int64_t i = 0; i < tape->heads; i++)
+        if (i == 0 || memcmp(&tape->head[i].pose, &tape->head[i - 1].pose, sizeof tape->head[i].pose) != 0)
+            sample[heads.count++] = tape->head[i];
+    return heads;
+}
+
 void fv_experiment_head(struct fv_setup *setup, struct fv_numerics *n)
 {
     int64_t count = SIM_SECONDS * 1000000000ll / head_period_ns;
@@ -118,13 +131,13 @@ void fv_experiment_head(struct fv_setup *setup, struct fv_numerics *n)
         fv_sim_head((uint64_t)setup->config.imu_seed, simulated[i].t_ns, &simulated[i].pose);
     }
     struct heads heads[2] = {{"simulated head", simulated, count}};
-    if (tape) heads[1] = (struct heads){"imu.tape", tape->head, tape->heads};
+    if (tape) heads[1] = tape_heads(tape);
     for (int source = 0; source < (tape ? 2 : 1); source++)
         for (int k = 0; k < HORIZONS; k++)
             for (int p = 0; p < FV_HEAD_PREDICTORS && !fv_numerics_stopped(n); p++) {
                 const struct fv_head_predictor *predictor = &fv_head_predictors[p];
                 struct fv_numeric_row *row =
-                    fv_numerics_add(n, "head prediction", predictor->name, "deg", "%s %d ms ahead",
+                    fv_numerics_add(n, "head prediction", predictor->what, "deg", "%s %d ms ahead",
                                     heads[source].name, horizons_ms[k]);
                 int errors = head_errors(&heads[source], predictor, horizons_ms[k] * 1000000ll, error);
                 fv_numerics_errors(row, error, errors);

@@ -22,6 +22,7 @@ static struct fv_config *settings(const char *eye, const char *imu)
     snprintf(config.imu_source, sizeof config.imu_source, "%s", imu);
     snprintf(config.eye_tape, sizeof config.eye_tape, "%s/gaze.csv", program_folder());
     snprintf(config.imu_tape, sizeof config.imu_tape, "%s/head.csv", program_folder());
+    strcpy(config.imu_predict, "decay");
     config.eye_seed = 3, config.imu_seed = 4, config.eye_hold_ms = 1000, config.eye_noise_deg = 0.3;
     return &config;
 }
@@ -32,6 +33,12 @@ static struct fv_sensors *opened(const struct fv_config *config)
     struct fv_error error;
     if (fv_sensors_open(&sensors, config, &error)) fail_msg("%s", error.text);
     return sensors;
+}
+
+/* What is shown as soon as it is known. */
+static void latch(struct fv_sensors *s, int64_t t_ns, struct fv_pose *head, struct fv_gaze *gaze)
+{
+    fv_sensors_latch(s, t_ns, t_ns, head, gaze);
 }
 
 /* gaze.csv: both eyes at these angles to the right; NAN: lost. */
@@ -45,7 +52,7 @@ static void write_gazes(int rows, const int64_t *t_ns, const double *right_deg)
     fv_tape_begin_gaze(&w);
     for (int i = 0; i < rows; i++) {
         double a = right_deg[i] * degree;
-        struct fv_gaze_sample s = {t_ns[i], {{sin(a), 0, -cos(a)}, {sin(a), 0, -cos(a)}}, !isnan(a)};
+        struct fv_gaze_sample s = {t_ns[i], {{sin(a), 0, -cos(a)}, {sin(a), 0, -cos(a)}}, !isnan(a), 0};
         if (isnan(a)) memset(s.direction, 0, sizeof s.direction);
         fv_tape_write_gaze(&w, &s);
     }
@@ -96,7 +103,7 @@ static void ten_million_latches(void **state)
     struct fv_gaze gaze;
     int64_t held = 0;
     for (int64_t n = 0; n < FRAMES; n++) {
-        fv_sensors_latch(s, n * period_ns, &head, &gaze);
+        latch(s, n * period_ns, &head, &gaze);
         check_latched(&head, &gaze, 0.3);
         held += gaze.held;
         if (n < COMPARED) first[n] = gaze, first_head[n] = head;
@@ -119,7 +126,7 @@ static void ten_million_latches(void **state)
         for (int n = 0; n < COMPARED; n++) {
             int64_t later_ns = rounds * gaze_length * head_length;
             if (n % 25 == 0) s = opened(settings("tape", "tape"));
-            fv_sensors_latch(s, later_ns + n * period_ns, &head, &gaze);
+            latch(s, later_ns + n * period_ns, &head, &gaze);
             assert_memory_equal(&head, &first_head[n], sizeof head);
             if (gaze.held) continue; /* depends on when it was lost */
             assert_memory_equal(gaze.direction, first[n].direction, sizeof gaze.direction);
@@ -144,10 +151,10 @@ static void uncertainty(void **state)
             struct fv_sensors *s = opened(c);
             struct fv_pose head;
             struct fv_gaze gaze;
-            fv_sensors_latch(s, 15 * ms, &head, &gaze);
+            latch(s, 15 * ms, &head, &gaze);
             assert_true(!gaze.held && gaze.t_ns == 10 * ms && gaze.uncertainty_deg == noises[n]);
             for (unsigned t = 0; t < COUNT(times); t++) {
-                fv_sensors_latch(s, times[t], &head, &gaze);
+                latch(s, times[t], &head, &gaze);
                 check_latched(&head, &gaze, noises[n]);
                 long double since_ms = ((long double)times[t] - 15 * ms) / ms;
                 long double lost = since_ms >= (long double)holds_ms[h] ? 1
@@ -162,7 +169,7 @@ static void uncertainty(void **state)
                 if (since_ms >= (long double)holds_ms[h] + 300)
                     assert_true(angle == 0 && gaze.direction[0][2] == -1);
             }
-            fv_sensors_latch(s, 9 * day_ns, &head, &gaze);
+            latch(s, 9 * day_ns, &head, &gaze);
             assert_true(!gaze.held && gaze.uncertainty_deg == noises[n]);
         }
 }
@@ -188,7 +195,7 @@ static void fast_heads(void **state)
                 n < 50 ? n * table[r].step_ns : (int64_t)random_between(&random, 0, (double)last_ns);
             struct fv_pose head;
             struct fv_gaze gaze;
-            fv_sensors_latch(s, t_ns, &head, &gaze);
+            latch(s, t_ns, &head, &gaze);
             check_latched(&head, &gaze, 0.3);
             long double rows = (long double)t_ns / table[r].step_ns,
                         yaw[3] = {0, step_deg * rows * LONG_PI / 180, 0};
@@ -217,12 +224,12 @@ static void jumping_gaze(void **state)
     struct fv_gaze gaze;
     double before = 89.9;
     for (int i = 0; i < ROWS - 2; i++) {
-        fv_sensors_latch(s, t_ns[i] + i % 10 * ms, &head, &gaze);
+        latch(s, t_ns[i] + i % 10 * ms, &head, &gaze);
         check_latched(&head, &gaze, 0.3);
         assert_true(!gaze.held && fabs(gaze.direction[1][0] - sin(right_deg[i] * degree)) < 1e-15);
     }
     for (int64_t t = 390; t < 2000; t++) {
-        fv_sensors_latch(s, t * ms, &head, &gaze);
+        latch(s, t * ms, &head, &gaze);
         check_latched(&head, &gaze, 0.3);
         double angle = atan2(gaze.direction[0][0], -gaze.direction[0][2]) / degree;
         assert_true(gaze.held && angle <= before + 1e-12 && angle >= 0 && before - angle < 0.7);
@@ -237,9 +244,9 @@ static void tape_times(void **state)
     (void)state;
     static const struct fv_head_sample heads[] = {
         {3, {{1, 0, 0}, {1, 0, 0, 0}}}, {8, {{2, 0, 0}, {0, 1, 0, 0}}}, {13, {{3, 0, 0}, {0, 0, 1, 0}}}};
-    static const struct fv_gaze_sample gazes[] = {{3, {{0, 0, -1}, {0, 0, -1}}, true},
-                                                  {8, {{0.6, 0, -0.8}, {0, 0, -1}}, true},
-                                                  {13, {{0, 0, -1}, {0, 0.6, -0.8}}, true}};
+    static const struct fv_gaze_sample gazes[] = {{3, {{0, 0, -1}, {0, 0, -1}}, true, 0},
+                                                  {8, {{0.6, 0, -0.8}, {0, 0, -1}}, true, 0},
+                                                  {13, {{0, 0, -1}, {0, 0.6, -0.8}}, true, 0}};
     static const int64_t times[] = {INT64_MIN,
                                     INT64_MIN + 1,
                                     INT64_MIN / 2,

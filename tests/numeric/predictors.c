@@ -130,6 +130,35 @@ static void heads_from_spoilt_histories(void **state)
         }
 }
 
+/* A head at 30 degrees a second, whose pose comes again in every row until the next one is read; at rest
+ * it comes again for long. `row`: of the newest sample; the poses before `rest` rows are all the first. */
+static void heads_that_come_again(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *what;
+        int rows_a_pose, rest, newest;
+        double most_deg;
+    } logs[] = {{"every fourth", 4, 0, 63, 1e-9},      {"every fourth, just read", 4, 0, 60, 1e-9},
+                {"every fifth", 5, 0, 62, 1e-9},       {"every other", 2, 0, 63, 1e-9},
+                {"too far apart", 6, 0, 63, 2},        {"rests", 64, 0, 63, 1.3},
+                {"rested, then moved", 1, 62, 63, 0.6}, {"rested, then turned", 1, 59, 63, 0.01}};
+    for (unsigned n = 0; n < sizeof logs / sizeof logs[0]; n++) {
+        for (int i = 0; i <= logs[n].newest; i++) {
+            int read = i < logs[n].rest ? 0 : i - i % logs[n].rows_a_pose;
+            head[i].t_ns = i * 10 * ms;
+            head[i].pose = turning(30, 0, (i < logs[n].rest ? logs[n].rest - 1 : read) * 10 * ms);
+        }
+        struct fv_pose want = turning(30, 0, (logs[n].newest * 10 + 10) * ms), got;
+        if (logs[n].rows_a_pose == 64) want = head[0].pose;
+        for (int p = FV_PREDICT_HEAD_TWO; p <= FV_PREDICT_HEAD_SLOPE; p++) {
+            fv_head_predictors[p].predict(head, logs[n].newest + 1, (logs[n].newest * 10 + 10) * ms, &got);
+            double error = fv_quat_angle(want.rotation, got.rotation) / degree;
+            if (!(error < logs[n].most_deg)) fail_msg("%s, %s: %g degrees off", logs[n].what, fv_head_predictors[p].name, error);
+        }
+    }
+}
+
 /* The decay's end: no further than FV_PREDICT_MAX_NS however late it is asked. */
 static void no_further_than_the_limit(void **state)
 {
@@ -245,11 +274,47 @@ static void gazes_from_spoilt_histories(void **state)
         }
 }
 
+/* Gazes by their time in ms and angle to the right (NAN: lost) and what speed they show with a noise of 0.3 degrees. */
+static void gaze_speeds(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *what;
+        int count;
+        double at_ms[5], right_deg[5], want_deg_s;
+    } rows[] = {
+        {"none", 0, {0}, {0}, INFINITY},
+        {"alone", 1, {0}, {5}, INFINITY},
+        {"lost but for one", 3, {0, 5, 10}, {NAN, 3, NAN}, INFINITY},
+        {"still", 2, {0, 5}, {5, 5}, 0},
+        {"noise", 5, {0, 5, 10, 15, 20}, {5, 5.2, 4.8, 5.1, 5.29}, 0},
+        {"pursuit", 5, {0, 5, 10, 15, 20}, {0, 0.15, 0.3, 0.45, 0.6}, 15},
+        {"only the last 20 ms", 5, {-30, 0, 10, 15, 20}, {-60, 0, 0.3, 0.45, 0.6}, 15},
+        {"slow tracker", 2, {0, 33}, {0, 3.6}, 100},
+        {"49 ms apart", 2, {0, 49}, {0, 5.2}, 100},
+        {"too far apart", 2, {0, 51}, {0, 5.2}, INFINITY},
+        {"times that stand and go back", 5, {0, 20, 20, 10, 20}, {0, 50, 40, 30, 0.6}, 15},
+        {"at the ends of time", 2, {-9.2e12, 9.2e12}, {0, 5}, INFINITY},
+        {"1 ns apart", 2, {0, 1e-6}, {0, 1.3}, 1e9},
+    };
+    for (unsigned n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        for (int i = 0; i < rows[n].count; i++) {
+            gaze[i] = (struct fv_gaze_sample){.t_ns = llround(rows[n].at_ms[i] * 1e6), .valid = !isnan(rows[n].right_deg[i])};
+            look(rows[n].right_deg[i], 0, gaze[i].direction[0]);
+            look(0, 0, gaze[i].direction[1]);
+        }
+        double got = fv_gaze_speed_deg_s(gaze, rows[n].count, 0.3);
+        if (!(got == rows[n].want_deg_s || fabs(got - rows[n].want_deg_s) <= 1e-9 * rows[n].want_deg_s))
+            fail_msg("%s: %.12g", rows[n].what, got);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(heads_in_steady_motion),   cmocka_unit_test(heads_from_spoilt_histories),
         cmocka_unit_test(no_further_than_the_limit), cmocka_unit_test(slope_averages_noise),
-        cmocka_unit_test(gazes),                    cmocka_unit_test(gazes_from_spoilt_histories)};
+        cmocka_unit_test(gazes),                    cmocka_unit_test(gazes_from_spoilt_histories),
+        cmocka_unit_test(heads_that_come_again),    cmocka_unit_test(gaze_speeds)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -210,6 +210,7 @@ static struct fv_config *settings(const char *eye, const char *imu)
     memset(&config, 0, sizeof config);
     snprintf(config.eye_source, sizeof config.eye_source, "%s", eye);
     snprintf(config.imu_source, sizeof config.imu_source, "%s", imu);
+    strcpy(config.imu_predict, "decay");
     config.eye_seed = 1, config.imu_seed = 1;
     config.eye_hold_ms = 1000, config.eye_noise_deg = 0.3;
     return &config;
@@ -223,6 +224,12 @@ static struct fv_sensors *opened(const struct fv_config *config)
     return sensors;
 }
 
+/* What is shown as soon as it is known. */
+static void latch(struct fv_sensors *s, int64_t t_ns, struct fv_pose *head, struct fv_gaze *gaze)
+{
+    fv_sensors_latch(s, t_ns, t_ns, head, gaze);
+}
+
 /* Two gazes at 0 and 10 ms, the eye lost at 20 ms, back at 5 s. */
 static const char *gap_tape(void)
 {
@@ -230,7 +237,7 @@ static const char *gap_tape(void)
     static struct fv_writer w;
     struct fv_error error;
     double l[3] = {sin(0.2), 0, -cos(0.2)}, r[3] = {0, sin(0.3), -cos(0.3)};
-    struct fv_gaze_sample s = {0, {{0, 0, -1}, {0, 0, -1}}, true};
+    struct fv_gaze_sample s = {.direction = {{0, 0, -1}, {0, 0, -1}}, .valid = true};
     snprintf(path, sizeof path, "%s/unit_sensors_gap_%ld.csv", FV_BINARY_DIR, (long)getpid());
     assert_int_equal(fv_writer_open(&w, path, &error), 0);
     fv_tape_begin_gaze(&w);
@@ -258,12 +265,12 @@ static void lost_gaze_is_held_then_centred(void **state)
         struct fv_sensors *s = opened(config);
         struct fv_pose head;
         struct fv_gaze good, g, last;
-        fv_sensors_latch(s, 10 * ms, &head, &good);
+        latch(s, 10 * ms, &head, &good);
         assert_false(good.held);
         assert_true(good.t_ns == 10 * ms && good.uncertainty_deg == 0.3);
         last = good;
         for (int64_t t = 20; t < 4990; t += 10, last = g) {
-            fv_sensors_latch(s, t * ms, &head, &g);
+            latch(s, t * ms, &head, &g);
             double lost_ms = (double)(t - 10), share = holds_ms[k] > 0 ? fmin(lost_ms / holds_ms[k], 1) : 1;
             assert_true(g.held && g.t_ns == 10 * ms);
             assert_true(fabs(g.uncertainty_deg - (0.3 + 19.7 * share)) < 1e-9);
@@ -279,7 +286,7 @@ static void lost_gaze_is_held_then_centred(void **state)
                 assert_true(angle_deg(last.direction[eye], d) < 1.2);
             }
         }
-        fv_sensors_latch(s, 5000 * ms, &head, &g);
+        latch(s, 5000 * ms, &head, &g);
         assert_true(!g.held && g.uncertainty_deg == 0.3);
         struct fv_sensors_counts counts = fv_sensors_counts(s);
         assert_int_equal(counts.gaze_samples, 499);
@@ -298,8 +305,8 @@ static void latching_is_deterministic_and_never_bad(void **state)
     int held = 0;
     for (int64_t t = 0; t < 20000; t += 13) {
         memset(gaze, 0, sizeof gaze);
-        fv_sensors_latch(a, t * ms, &head[0], &gaze[0]);
-        fv_sensors_latch(b, t * ms, &head[1], &gaze[1]);
+        latch(a, t * ms, &head[0], &gaze[0]);
+        latch(b, t * ms, &head[1], &gaze[1]);
         assert_memory_equal(&head[0], &head[1], sizeof head[0]);
         assert_memory_equal(gaze[0].direction, gaze[1].direction, sizeof gaze[0].direction);
         assert_true(gaze[0].uncertainty_deg == gaze[1].uncertainty_deg && gaze[0].held == gaze[1].held);
@@ -311,7 +318,7 @@ static void latching_is_deterministic_and_never_bad(void **state)
     assert_int_equal(fv_sensors_counts(a).imu_samples, fv_sensors_counts(a).gaze_samples);
     assert_int_equal(fv_sensors_counts(a).imu_rejected, 0);
     for (unsigned i = 0; i < sizeof odd_times / sizeof odd_times[0]; i++) {
-        fv_sensors_latch(a, odd_times[i], &head[0], &gaze[0]);
+        latch(a, odd_times[i], &head[0], &gaze[0]);
         assert_true(fv_head_pose_good(&head[0]));
         assert_true(fv_gaze_direction_good(gaze[0].direction[0]) &&
                     fv_gaze_direction_good(gaze[0].direction[1]));
@@ -342,7 +349,7 @@ static void one_tape_serves_eye_and_head(void **state)
     for (int i = 0; i < 300; i++) {
         struct fv_pose head;
         struct fv_gaze gaze;
-        fv_sensors_latch(s, i * 10 * ms, &head, &gaze);
+        latch(s, i * 10 * ms, &head, &gaze);
         assert_true(fabs(head.position_m[0] - i % 100 * 0.01) < 1e-9);
         assert_true(!gaze.held && gaze.t_ns == i * 10 * ms && fabs(gaze.direction[0][0] - 0.6) < 1e-15);
     }
@@ -363,9 +370,9 @@ static void odd_times_without_an_eye(void **state)
             struct fv_sensors *s = opened(config);
             struct fv_pose head;
             struct fv_gaze gaze;
-            if (good) fv_sensors_latch(s, 10 * ms, &head, &gaze);
-            fv_sensors_latch(s, odd_times[i], &head, &gaze);
-            fv_sensors_latch(s, odd_times[sizeof odd_times / sizeof odd_times[0] - 1 - i], &head, &gaze);
+            if (good) latch(s, 10 * ms, &head, &gaze);
+            latch(s, odd_times[i], &head, &gaze);
+            latch(s, odd_times[sizeof odd_times / sizeof odd_times[0] - 1 - i], &head, &gaze);
             for (int eye = 0; eye < 2; eye++) assert_true(fv_gaze_direction_good(gaze.direction[eye]));
             assert_true(gaze.uncertainty_deg >= 0.3 && gaze.uncertainty_deg <= 20);
         }
@@ -379,7 +386,7 @@ static void nothing_looks_ahead(void **state)
     struct fv_sensors *s = opened(settings("none", "none"));
     struct fv_pose head;
     struct fv_gaze gaze;
-    fv_sensors_latch(s, 123 * ms, &head, &gaze);
+    latch(s, 123 * ms, &head, &gaze);
     assert_true(head.rotation[0] == 1 && head.position_m[1] == 0);
     assert_true(gaze.direction[0][2] == -1 && gaze.direction[1][2] == -1 && !gaze.held);
     assert_int_equal(fv_sensors_counts(s).gaze_samples, 0);

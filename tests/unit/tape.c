@@ -18,6 +18,7 @@
     "# foveola head "                                                                                        \
     "1\nt_ns,position_x_m,position_y_m,position_z_m,rotation_w,rotation_x,rotation_y,rotation_z\n"
 #define GAZE "# foveola gaze 1\nt_ns,left_x,left_y,left_z,right_x,right_y,right_z,valid\n"
+#define GAZE_SURE "# foveola gaze 1\nt_ns,left_x,left_y,left_z,right_x,right_y,right_z,valid,uncertainty_deg\n"
 #define TEXT "timestamp viewpoint w x y z\n"
 #define VARJO                                                                                                \
     "raw_timestamp,status,left_status,right_status,gaze_forward_x,gaze_forward_y,gaze_forward_z,left_"       \
@@ -84,6 +85,10 @@ static void unusable_tapes_are_named(void **state)
         {HEAD "-1,0,0,0,1,0,0,0\n", "tape.csv:3: the time is out of range"},
         {HEAD "61000000000,0,0,0,1,0,0,0\n", "tape.csv:3: session time starts at 0"},
         {GAZE "0,0,0,-1,0,0,-1,2\n", "tape.csv:3: valid must be 0 or 1"},
+        {GAZE_SURE "0,0,0,-1,0,0,-1,1,-0.1\n", "tape.csv:3: uncertainty_deg must be 0 to 180"},
+        {GAZE_SURE "0,0,0,-1,0,0,-1,1,181\n", "tape.csv:3: uncertainty_deg must be 0 to 180"},
+        {GAZE_SURE "0,0,0,-1,0,0,-1,1,inf\n", "tape.csv:3: not a finite number"},
+        {GAZE_SURE "0,0,0,-1,0,0,-1,1\n", "tape.csv:3: the row is short"},
         {TEXT "0 0 2 0 0 0\n", "tape.csv:2: not a finite position and unit quaternion"},
         {TEXT "1e300 0 1 0 0 0\n", "tape.csv:2: the time is not a number in range"},
         {HEAD "5,0,0,0,1,0,0,0\n5,0,0,0,1,0,0,0\n4,0,0,0,1,0,0,0\n",
@@ -116,6 +121,8 @@ static void bad_rows_are_counted(void **state)
         {GAZE "0," AHEAD "1,0,0,0,0,0,0,0\n2,0,0,-1,0,0,-2,1\n3,0,0,1,0,0,-1,1\n", 0, 4, 1, 0},
         {"# foveola gaze 1\nvalid,right_x,right_y,right_z,t_ns,left_x,left_y,left_z\n1,0,0,-1,7,0,0,-1\n", 0,
          1, 1, 0},
+        {"# foveola gaze 1\nuncertainty_deg,valid,right_x,right_y,right_z,t_ns,left_x,left_y,left_z\n"
+         "0.5,1,0,0,-1,7,0,0,-1\n181,1,0,0,-1,8,0,0,-1\n180,1,0,0,-1,9,0,0,-1\n", 0, 2, 2, 1},
         {TEXT "100.5 0 1 0 0 0\n100.6 0 -1 0 0 0\n100.6 0 1 0 0 0\n", 2, 0, 0, 1},
         /* Varjo: not tracked; tracked; one eye; status adjust; rotation impossible. */
         {VARJO "1000,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0\n1010,2,2,2,0,0,1,0,0,1,0,0,1,0,0,0,0,0,0\n"
@@ -193,6 +200,7 @@ static void written_reads_back_to_the_bit(void **state)
         head[i].t_ns = gaze[i].t_ns = 6666667 + i * 13333333 + i % 3 * 1000001;
         fv_sim_head(3, head[i].t_ns, &head[i].pose);
         fv_sim_gaze(3, gaze[i].t_ns, &gaze[i]);
+        gaze[i].uncertainty_deg = i % 2 ? 0.1 * (double)i / 3 : 0;
         fv_tape_write_head(&head_writer, &head[i]);
         fv_tape_write_gaze(&gaze_writer, &gaze[i]);
     }
@@ -210,6 +218,7 @@ static void written_reads_back_to_the_bit(void **state)
         fv_tape_gaze_at(&gaze_tape, gaze[i].t_ns, &g);
         assert_memory_equal(&pose, &head[i].pose, sizeof pose);
         assert_true(g.t_ns == gaze[i].t_ns && g.valid == gaze[i].valid);
+        assert_true(g.uncertainty_deg == gaze[i].uncertainty_deg);
         if (g.valid) assert_memory_equal(g.direction, gaze[i].direction, sizeof g.direction);
     }
     unlink(head_path), unlink(gaze_path);
