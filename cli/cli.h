@@ -83,8 +83,8 @@ const struct fv_method *fv_setup_method(const char *name, const char *key, struc
  * Returns 0, or -1 with the error set. */
 int fv_setup_start(struct fv_setup *setup, bool gaze, struct fv_error *error);
 
-/* What the sensors say for the session time show_ns, known at now_ns (fv_sensors_latch), and the head's pose in
- * the world that follows for a viewer on the scene's path. */
+/* What the sensors say for the session time show_ns, known at now_ns (fv_sensors_latch), and the head's pose
+ * in the world that follows for a viewer on the scene's path. */
 void fv_setup_latch(struct fv_setup *setup, int64_t now_ns, int64_t show_ns, struct fv_pose *relative,
                     struct fv_gaze *gaze, struct fv_pose *head);
 

@@ -70,8 +70,7 @@ void fv_record_latch(int64_t t_ns, const struct fv_pose *head, const struct fv_g
 {
     if (!recording) return;
     struct fv_head_sample h = {.t_ns = t_ns, .pose = *head};
-    struct fv_gaze_sample g = {.t_ns = t_ns, .valid = !gaze->held,
-                               .uncertainty_deg = gaze->uncertainty_deg};
+    struct fv_gaze_sample g = {.t_ns = t_ns, .valid = !gaze->held, .uncertainty_deg = gaze->uncertainty_deg};
     memcpy(g.direction, gaze->direction, sizeof g.direction);
     fv_tape_write_head(&head_file, &h);
     fv_tape_write_gaze(&gaze_file, &g);

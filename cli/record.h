@@ -12,7 +12,8 @@ enum { FV_RECORD_BYTES = 2 * sizeof(struct fv_writer) }; /* static: what a recor
 /* Opens OUT/tape/head.csv and gaze.csv and writes settings.ini. */
 int fv_record_open(const struct fv_config *config, const char *out, struct fv_error *error);
 
-/* What was latched for the session time t_ns, which grows from call to call. A disk that fills ends the recording, not the run: said once. */
+/* What was latched for the session time t_ns, which grows from call to call. A disk that fills ends the
+ * recording, not the run: said once. */
 void fv_record_latch(int64_t t_ns, const struct fv_pose *head, const struct fv_gaze *gaze);
 
 int fv_record_close(int64_t frames, const char *out, struct fv_error *error);

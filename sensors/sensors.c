@@ -178,7 +178,8 @@ int fv_sensors_open(struct fv_sensors **sensors, const struct fv_config *config,
     for (unsigned i = 0; i < sizeof imu_sources / sizeof imu_sources[0]; i++)
         if (strcmp(config->imu_source, imu_sources[i].name) == 0) s->imu = &imu_sources[i];
     for (int i = 0; i < FV_HEAD_PREDICTORS; i++)
-        if (strcmp(config->imu_predict, fv_head_predictors[i].name) == 0) s->predictor = &fv_head_predictors[i];
+        if (strcmp(config->imu_predict, fv_head_predictors[i].name) == 0)
+            s->predictor = &fv_head_predictors[i];
     if (!s->eye) return fv_config_error(error, "eye.source", "'%s' is no source of gaze", config->eye_source);
     if (!s->imu)
         return fv_config_error(error, "imu.source", "'%s' is no source of head poses", config->imu_source);
@@ -235,8 +236,8 @@ static bool head_for(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, stru
     return true;
 }
 
-/* The gaze at show_ns, or the newest that is known at now_ns where that is earlier, with the uncertainty that it
- * has at show_ns; false: the source gives none. */
+/* The gaze at show_ns, or the newest that is known at now_ns where that is earlier, with the uncertainty that
+ * it has at show_ns; false: the source gives none. */
 static bool gaze_for(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, struct fv_gaze_sample *gaze)
 {
     const struct fv_gaze_sample *history;

@@ -422,6 +422,6 @@ void fv_tape_write_head(struct fv_writer *writer, const struct fv_head_sample *s
 void fv_tape_write_gaze(struct fv_writer *writer, const struct fv_gaze_sample *sample)
 {
     const double *l = sample->direction[0], *r = sample->direction[1];
-    fv_writer_print(writer, "%lld,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%d,%.17g\n", (long long)sample->t_ns, l[0],
-                    l[1], l[2], r[0], r[1], r[2], sample->valid, sample->uncertainty_deg);
+    fv_writer_print(writer, "%lld,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%d,%.17g\n", (long long)sample->t_ns,
+                    l[0], l[1], l[2], r[0], r[1], r[2], sample->valid, sample->uncertainty_deg);
 }

@@ -38,9 +38,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         const struct fv_gaze_sample *gazes;
         int64_t at_ns;
         int count = tape.heads ? fv_tape_head_history(&tape, times[i], &heads, &at_ns) : 0;
-        check(count == 0 || (heads >= head && heads + count <= head + tape.heads && heads[count - 1].t_ns <= at_ns));
+        check(count == 0 ||
+              (heads >= head && heads + count <= head + tape.heads && heads[count - 1].t_ns <= at_ns));
         count = tape.gazes ? fv_tape_gaze_history(&tape, times[i], &gazes, &at_ns) : 0;
-        check(count == 0 || (gazes >= gaze && gazes + count <= gaze + tape.gazes && gazes[count - 1].t_ns <= at_ns));
+        check(count == 0 ||
+              (gazes >= gaze && gazes + count <= gaze + tape.gazes && gazes[count - 1].t_ns <= at_ns));
     }
     free(gaze);
     free(head);

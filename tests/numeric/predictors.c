@@ -139,9 +139,9 @@ static void heads_that_come_again(void **state)
         const char *what;
         int rows_a_pose, rest, newest;
         double most_deg;
-    } logs[] = {{"every fourth", 4, 0, 63, 1e-9},      {"every fourth, just read", 4, 0, 60, 1e-9},
-                {"every fifth", 5, 0, 62, 1e-9},       {"every other", 2, 0, 63, 1e-9},
-                {"too far apart", 6, 0, 63, 2},        {"rests", 64, 0, 63, 1.3},
+    } logs[] = {{"every fourth", 4, 0, 63, 1e-9},       {"every fourth, just read", 4, 0, 60, 1e-9},
+                {"every fifth", 5, 0, 62, 1e-9},        {"every other", 2, 0, 63, 1e-9},
+                {"too far apart", 6, 0, 63, 2},         {"rests", 64, 0, 63, 1.3},
                 {"rested, then moved", 1, 62, 63, 0.6}, {"rested, then turned", 1, 59, 63, 0.01}};
     for (unsigned n = 0; n < sizeof logs / sizeof logs[0]; n++) {
         for (int i = 0; i <= logs[n].newest; i++) {
@@ -154,7 +154,8 @@ static void heads_that_come_again(void **state)
         for (int p = FV_PREDICT_HEAD_TWO; p <= FV_PREDICT_HEAD_SLOPE; p++) {
             fv_head_predictors[p].predict(head, logs[n].newest + 1, (logs[n].newest * 10 + 10) * ms, &got);
             double error = fv_quat_angle(want.rotation, got.rotation) / degree;
-            if (!(error < logs[n].most_deg)) fail_msg("%s, %s: %g degrees off", logs[n].what, fv_head_predictors[p].name, error);
+            if (!(error < logs[n].most_deg))
+                fail_msg("%s, %s: %g degrees off", logs[n].what, fv_head_predictors[p].name, error);
         }
     }
 }
@@ -274,7 +275,8 @@ static void gazes_from_spoilt_histories(void **state)
         }
 }
 
-/* Gazes by their time in ms and angle to the right (NAN: lost) and what speed they show with a noise of 0.3 degrees. */
+/* Gazes by their time in ms and angle to the right (NAN: lost) and what speed they show with a noise of 0.3
+ * degrees. */
 static void gaze_speeds(void **state)
 {
     (void)state;
@@ -299,7 +301,8 @@ static void gaze_speeds(void **state)
     };
     for (unsigned n = 0; n < sizeof rows / sizeof rows[0]; n++) {
         for (int i = 0; i < rows[n].count; i++) {
-            gaze[i] = (struct fv_gaze_sample){.t_ns = llround(rows[n].at_ms[i] * 1e6), .valid = !isnan(rows[n].right_deg[i])};
+            gaze[i] = (struct fv_gaze_sample){.t_ns = llround(rows[n].at_ms[i] * 1e6),
+                                              .valid = !isnan(rows[n].right_deg[i])};
             look(rows[n].right_deg[i], 0, gaze[i].direction[0]);
             look(0, 0, gaze[i].direction[1]);
         }
@@ -311,10 +314,13 @@ static void gaze_speeds(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(heads_in_steady_motion),   cmocka_unit_test(heads_from_spoilt_histories),
-        cmocka_unit_test(no_further_than_the_limit), cmocka_unit_test(slope_averages_noise),
-        cmocka_unit_test(gazes),                    cmocka_unit_test(gazes_from_spoilt_histories),
-        cmocka_unit_test(heads_that_come_again),    cmocka_unit_test(gaze_speeds)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(heads_in_steady_motion),
+                                       cmocka_unit_test(heads_from_spoilt_histories),
+                                       cmocka_unit_test(no_further_than_the_limit),
+                                       cmocka_unit_test(slope_averages_noise),
+                                       cmocka_unit_test(gazes),
+                                       cmocka_unit_test(gazes_from_spoilt_histories),
+                                       cmocka_unit_test(heads_that_come_again),
+                                       cmocka_unit_test(gaze_speeds)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -18,7 +18,8 @@
     "# foveola head "                                                                                        \
     "1\nt_ns,position_x_m,position_y_m,position_z_m,rotation_w,rotation_x,rotation_y,rotation_z\n"
 #define GAZE "# foveola gaze 1\nt_ns,left_x,left_y,left_z,right_x,right_y,right_z,valid\n"
-#define GAZE_SURE "# foveola gaze 1\nt_ns,left_x,left_y,left_z,right_x,right_y,right_z,valid,uncertainty_deg\n"
+#define GAZE_SURE                                                                                            \
+    "# foveola gaze 1\nt_ns,left_x,left_y,left_z,right_x,right_y,right_z,valid,uncertainty_deg\n"
 #define TEXT "timestamp viewpoint w x y z\n"
 #define VARJO                                                                                                \
     "raw_timestamp,status,left_status,right_status,gaze_forward_x,gaze_forward_y,gaze_forward_z,left_"       \
@@ -122,7 +123,8 @@ static void bad_rows_are_counted(void **state)
         {"# foveola gaze 1\nvalid,right_x,right_y,right_z,t_ns,left_x,left_y,left_z\n1,0,0,-1,7,0,0,-1\n", 0,
          1, 1, 0},
         {"# foveola gaze 1\nuncertainty_deg,valid,right_x,right_y,right_z,t_ns,left_x,left_y,left_z\n"
-         "0.5,1,0,0,-1,7,0,0,-1\n181,1,0,0,-1,8,0,0,-1\n180,1,0,0,-1,9,0,0,-1\n", 0, 2, 2, 1},
+         "0.5,1,0,0,-1,7,0,0,-1\n181,1,0,0,-1,8,0,0,-1\n180,1,0,0,-1,9,0,0,-1\n",
+         0, 2, 2, 1},
         {TEXT "100.5 0 1 0 0 0\n100.6 0 -1 0 0 0\n100.6 0 1 0 0 0\n", 2, 0, 0, 1},
         /* Varjo: not tracked; tracked; one eye; status adjust; rotation impossible. */
         {VARJO "1000,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0\n1010,2,2,2,0,0,1,0,0,1,0,0,1,0,0,0,0,0,0\n"
