@@ -5,10 +5,10 @@
 #include <math.h>
 
 /* Beyond these no number is a measurement: 11 days, and units of a frame. They keep every product finite. */
-static const double time_max_ns = 1e15, units_max = 1e15, price_max_ns = 1e12, stretch_max = 1e3;
+static const double time_max_ns = 1e15, units_max = 1e15, price_max_ns = 1e12, stretch_max = 16;
 static const double factor_max = 16, correction_max = 2;
 
-static const double room = 0.85;        /* share of the budget that a raise may be predicted to take */
+static const double room = 0.9;         /* share of the budget that a raise may be predicted to take */
 static const double sparse_dense = 1.6; /* price of a sparse unit over a dense one, until it is known */
 static const double dearer_min = 1.1;   /* a level that is dearer by less is not told from noise */
 static const double moved_ratio = 1.25; /* conditions have changed */
@@ -31,22 +31,37 @@ static double sound(double value, double most)
     return value > 0 && value <= most ? value : 0;
 }
 
+/* Puts a value among the recent; false where it is none. What comes first is held at once. */
+static bool remember(struct fv_peak *peak, double value, double *largest, double *second)
+{
+    double *r = peak->recent;
+    if (!(value > 0 && isfinite(value))) return false;
+    r[2] = r[1];
+    r[1] = r[0];
+    r[0] = value;
+    *largest = fmax(fmax(r[0], r[1]), r[2]);
+    *second = fmax(fmin(r[0], r[1]), fmin(fmax(r[0], r[1]), r[2]));
+    if (peak->count == 3) return true;
+    peak->held = peak->count++ == 0 ? value : *second;
+    return false;
+}
+
 void fv_peak_learn(struct fv_peak *peak, double value)
 {
-    if (!(value > 0 && isfinite(value))) return;
-    peak->recent[2] = peak->recent[1];
-    peak->recent[1] = peak->recent[0];
-    peak->recent[0] = value;
-    const double *r = peak->recent;
-    double largest = fmax(fmax(r[0], r[1]), r[2]);
-    double second = fmax(fmin(r[0], r[1]), fmin(fmax(r[0], r[1]), r[2]));
-    if (peak->count < 3) {
-        peak->held = peak->count++ == 0 ? value : second;
-        return;
-    }
+    double largest, second;
+    if (!remember(peak, value, &largest, &second)) return;
     if (second > peak->held) peak->held = second;
     else if (largest < 0.8 * peak->held) peak->held = largest;
     else peak->held -= (peak->held - second) * fade;
+}
+
+/* Not the peak but the mean: without the spikes, and with steps. */
+static void learn_mean(struct fv_peak *peak, double value)
+{
+    double largest, second;
+    if (!remember(peak, value, &largest, &second)) return;
+    bool step = second > 1.2 * peak->held || second * 1.2 < peak->held;
+    peak->held += (second - peak->held) * (step ? 1 : 1.0 / 16);
 }
 
 /* For a peak that nothing was measured for: what is held loses its hold, so that work that is too dear to be
@@ -168,6 +183,15 @@ static void judge_raise(struct fv_control *control, const struct fv_cost_sample 
     memory->raised_ns *= factors(memory) / before;
 }
 
+/* Whether the newest raise may be followed by another: its first frame was as predicted, or its second one has
+ * been seen too. */
+static bool judged(const struct fv_level_memory *memory)
+{
+    const double *d = memory->dearer;
+    if (!(memory->raised_ns > 0) || memory->samples == 2) return true;
+    return memory->samples == 1 && d[FV_PRICE] * d[FV_UNITS] * d[FV_STRETCH] <= dearer_min;
+}
+
 static bool taught(struct fv_peak *peak, double value, double most)
 {
     value = sound(value, most);
@@ -192,12 +216,11 @@ void fv_control_learn(struct fv_control *control, const struct fv_cost_sample *s
         if (!fresh[k]) fade_towards(&control->price[k], sibling(control, k, HELD));
         if (sample->cut && !(came > peak->held)) continue;
         if (!(came > 0 && isfinite(came))) fade_towards(peak, 1);
-        else fv_peak_learn(peak, within(came, 1 / correction_max, correction_max));
+        else learn_mean(peak, within(came, 1 / correction_max, correction_max));
     }
     double wall_ns = sound(sample->wall_ns, time_max_ns), cpu_ns = sound(sample->total_cpu_ns, time_max_ns);
-    if (wall_ns > 0 && cpu_ns > 0)
-        fv_peak_learn(&control->stretch,
-                      within(wall_ns * control->workers / cpu_ns / factor[FV_STRETCH], 1, stretch_max));
+    double stretched = sound(wall_ns * control->workers / cpu_ns / factor[FV_STRETCH], stretch_max);
+    if (stretched > 0) fv_peak_learn(&control->stretch, fmax(stretched, 1));
     if (sample->level != control->level) return;
     if (sample->cut) control->cuts = least_of(control->cuts + 2, CUTS_MAX);
     else if (control->cuts > 0) control->cuts--;
@@ -290,12 +313,11 @@ int fv_control_choose(struct fv_control *control, const struct fv_work *expected
         return control->level;
     }
     if (level == control->first) return level;
-    const struct fv_level_memory *memory = &control->memory[up], *here = &control->memory[level];
+    const struct fv_level_memory *memory = &control->memory[up];
     double newest_ns = plain_ns(control, &expected[up], NEWEST) * factors(memory);
     double up_ns = fv_control_predict_ns(control, up, &expected[up]);
-    bool measured = here->samples > 0 || !(here->raised_ns > 0);
     control->quiet = newest_ns <= room * budget_ns ? least_of(control->quiet + 1, QUIET_FRAMES) : 0;
-    if (control->quiet == QUIET_FRAMES && measured && up_ns * memory->caution <= room * budget_ns)
+    if (control->quiet == QUIET_FRAMES && judged(&control->memory[level]) && up_ns * memory->caution <= room * budget_ns)
         raise_one(control, expected, up_ns, last_ns);
     return control->level;
 }

@@ -11,7 +11,8 @@
  * - stretch: wall time x workers over CPU time, at least 1: other programs' load, idle workers;
  * - factors: by how much each of these three was dearer at this level than elsewhere, found in the first
  *   frames after a raise to it; the level's samples are divided by them, so that they hold for the others.
- * Price, correction and stretch are peaks that are held (struct fv_peak). */
+ * Price and stretch are peaks that are held (struct fv_peak); the correction is a mean, lest margins pile up.
+ */
 #ifndef FV_FRAME_CONTROL_H
 #define FV_FRAME_CONTROL_H
 
@@ -76,7 +77,9 @@ struct fv_control {
     int quiet;       /* frames in a row that would have had room for one level up */
     int easy;        /* frames in a row whose least had room in fewer periods */
     int cuts;        /* frames cut at this level, 2 each, less 1 for each one that was not; >= 0 */
-    struct fv_peak price[FV_COSTS], correction[FV_COSTS], stretch;
+    struct fv_peak price[FV_COSTS], stretch;
+    struct fv_peak correction[FV_COSTS]; /* held: their mean. It moves by 1/16 of its difference to the second
+                                            largest of the last three; all the way, beyond a factor of 1.2 */
     struct fv_level_memory memory[FV_LEVELS_MAX];
 };
 
@@ -102,8 +105,8 @@ double fv_control_price_ns(const struct fv_control *control, int cost);
  * in them. A frame that misses its flip costs whole periods, so they are used whole. Budget: periods x period
  * x (1 - headroom) - other. Down at once to the best level that is predicted to fit, or by one where frames
  * are cut again and again although they were; up one level a frame, once three frames in a row, each by its
- * own measurements, had room for it (predicted <= 0.85 of the budget) and the newest level was measured at
- * least once; a drop starts the wait again. */
+ * own measurements, had room for it (predicted <= 0.9 of the budget) and the level raised to last was
+ * measured and no dearer than predicted, or measured twice; a drop starts the wait again. */
 int fv_control_choose(struct fv_control *control, const struct fv_work *expected, const struct fv_work *least,
                       double period_ns, double other_ns, int periods_max);
 
