@@ -12,8 +12,11 @@ static const double room = 0.9;         /* share of the budget that a raise may 
 static const double sparse_dense = 1.6; /* price of a sparse unit over a dense one, until it is known */
 static const double dearer_min = 1.1;   /* a level that is dearer by less is not told from noise */
 static const double moved_ratio = 1.25; /* conditions have changed */
+static const double later_max =
+    1.15; /* by how much a level that was in use for long may become more suspect */
 static const double fade = 1.0 / 128;
-enum { QUIET_FRAMES = 3, CUTS_MAX = 8, MEMORY_FRAMES = 16384 };
+static const struct fv_level_memory blank = {.factor = {1, 1, 1}, .caution = 1};
+enum { QUIET_FRAMES = 3, CUTS_MAX = 8, MEMORY_FRAMES = 10000, TRIAL_FRAMES = 16 };
 
 static double within(double value, double low, double high)
 {
@@ -31,37 +34,46 @@ static double sound(double value, double most)
     return value > 0 && value <= most ? value : 0;
 }
 
-/* Puts a value among the recent; false where it is none. What comes first is held at once. */
-static bool remember(struct fv_peak *peak, double value, double *largest, double *second)
+static double median(const double v[3])
+{
+    return fmax(fmin(v[0], v[1]), fmin(fmax(v[0], v[1]), v[2]));
+}
+
+static double largest_of(const double v[3])
+{
+    return fmax(fmax(v[0], v[1]), v[2]);
+}
+
+/* Puts a value among the recent; false where it is none. The first three are held at once. */
+static bool remember(struct fv_peak *peak, double value)
 {
     double *r = peak->recent;
     if (!(value > 0 && isfinite(value))) return false;
     r[2] = r[1];
     r[1] = r[0];
     r[0] = value;
-    *largest = fmax(fmax(r[0], r[1]), r[2]);
-    *second = fmax(fmin(r[0], r[1]), fmin(fmax(r[0], r[1]), r[2]));
     if (peak->count == 3) return true;
-    peak->held = peak->count++ == 0 ? value : *second;
+    peak->held = peak->count++ == 0 ? value : median(r);
     return false;
 }
 
 void fv_peak_learn(struct fv_peak *peak, double value)
 {
-    double largest, second;
-    if (!remember(peak, value, &largest, &second)) return;
-    if (second > peak->held) peak->held = second;
+    if (!remember(peak, value)) return;
+    double middle = median(peak->recent), largest = largest_of(peak->recent);
+    if (middle > peak->held) peak->held = middle;
     else if (largest < 0.8 * peak->held) peak->held = largest;
-    else peak->held -= (peak->held - second) * fade;
+    else peak->held -= (peak->held - middle) * fade;
 }
 
 /* Not the peak but the mean: without the spikes, and with steps. */
 static void learn_mean(struct fv_peak *peak, double value)
 {
-    double largest, second;
-    if (!remember(peak, value, &largest, &second)) return;
-    bool step = second > 1.2 * peak->held || second * 1.2 < peak->held;
-    peak->held += (second - peak->held) * (step ? 1 : 1.0 / 16);
+    if (!remember(peak, value)) return;
+    double middle = median(peak->recent), largest = largest_of(peak->recent);
+    if (middle > 1.2 * peak->held) peak->held = middle;
+    else if (largest < 0.8 * peak->held) peak->held = largest;
+    else peak->held += (middle - peak->held) / 16;
 }
 
 /* For a peak that nothing was measured for: what is held loses its hold, so that work that is too dear to be
@@ -87,11 +99,18 @@ void fv_control_open(struct fv_control *control, int first, int last, int worker
 }
 
 /* Which of a peak's values is asked for. */
-enum view { HELD, NEWEST, DEARER };
+enum view { HELD, NEWEST, DEARER, MEDIAN };
 
 static double seen(const struct fv_peak *peak, enum view view)
 {
-    return view == HELD ? peak->held : view == NEWEST ? peak->recent[0] : fmax(peak->held, peak->recent[0]);
+    const double *r = peak->recent;
+    switch (view) {
+    case HELD: return peak->held;
+    case NEWEST: return r[0];
+    case DEARER: return fmax(peak->held, r[0]);
+    case MEDIAN: return peak->count == 3 ? median(r) : peak->held;
+    }
+    return 0;
 }
 
 /* What the other price of the same stage says of this one. */
@@ -183,8 +202,8 @@ static void judge_raise(struct fv_control *control, const struct fv_cost_sample 
     memory->raised_ns *= factors(memory) / before;
 }
 
-/* Whether the newest raise may be followed by another: its first frame was as predicted, or its second one has
- * been seen too. */
+/* Whether the newest raise may be followed by another: its first frame was as predicted, or its second one
+ * has been seen too. */
 static bool judged(const struct fv_level_memory *memory)
 {
     const double *d = memory->dearer;
@@ -253,29 +272,40 @@ static void choose_periods(struct fv_control *control, const struct fv_work *lea
     control->easy = 0;
 }
 
-/* Levels whose memory is of other conditions, or old, forget. `last_ns`: predicted for the last level now. */
-static void forget(struct fv_control *control, double last_ns)
+/* Levels that are not in use and whose memory is of other conditions, or old, forget. */
+static void forget(struct fv_control *control)
 {
     for (int i = control->first; i <= control->last; i++) {
         struct fv_level_memory *memory = &control->memory[i];
-        bool moved = last_ns > moved_ratio * memory->known_ns || last_ns * moved_ratio < memory->known_ns;
-        if (i != control->level && (moved || ++memory->frames > MEMORY_FRAMES))
-            *memory = (struct fv_level_memory){{1, 1, 1}, .caution = 1, .known_ns = last_ns};
+        double ns = plain_ns(control, &memory->work, MEDIAN);
+        bool moved = ns > moved_ratio * memory->known_ns || ns * moved_ratio < memory->known_ns;
+        memory->moved = moved && i != control->level ? memory->moved + 1 : 0;
+        if (memory->frames < MEMORY_FRAMES) memory->frames++;
+        else if (i != control->level) memory->moved = QUIET_FRAMES;
+        if (memory->moved == QUIET_FRAMES) *memory = blank;
     }
 }
 
+/* What a level's memory is of: this work, at the prices of now. */
+static void note(struct fv_control *control, struct fv_level_memory *memory, const struct fv_work *work)
+{
+    memory->work = *work;
+    memory->known_ns = plain_ns(control, work, MEDIAN);
+}
+
 /* Down from the level, which was predicted to take `ns`. */
-static void drop(struct fv_control *control, const struct fv_work *expected, double ns, double budget_ns,
-                 double last_ns)
+static void drop(struct fv_control *control, const struct fv_work *expected, double ns, double budget_ns)
 {
     struct fv_level_memory *memory = &control->memory[control->level];
     if (memory->raised_ns > 0) {
-        double now_ns = fv_control_predict_ns(control, control->level, &memory->raised);
-        memory->caution = within(now_ns / memory->raised_ns, 1, factor_max);
+        double dearer = fv_control_predict_ns(control, control->level, &memory->work) / memory->raised_ns;
+        double most =
+            memory->frames < TRIAL_FRAMES ? factor_max : fmin(later_max * memory->caution, factor_max);
+        memory->caution = within(dearer, 1, most);
     }
     if (ns <= budget_ns) {
         memory->caution = ns > 0 ? within(budget_ns / ns, 1, factor_max) : factor_max;
-        memory->known_ns = last_ns;
+        note(control, memory, &expected[control->level]);
     }
     memory->frames = 0;
     int level = control->level + 1;
@@ -286,12 +316,11 @@ static void drop(struct fv_control *control, const struct fv_work *expected, dou
     control->quiet = control->cuts = 0;
 }
 
-static void raise_one(struct fv_control *control, const struct fv_work *expected, double ns, double last_ns)
+static void raise_one(struct fv_control *control, const struct fv_work *expected, double ns)
 {
     struct fv_level_memory *memory = &control->memory[--control->level];
-    memory->raised = expected[control->level];
+    note(control, memory, &expected[control->level]);
     memory->raised_ns = ns;
-    memory->known_ns = last_ns;
     memory->samples = memory->frames = 0;
     control->cuts = 0;
 }
@@ -305,11 +334,10 @@ int fv_control_choose(struct fv_control *control, const struct fv_work *expected
     if (!anything_known(control)) return control->level;
     int level = control->level, up = level - 1;
     double budget_ns = control->periods * period_ns * (1 - control->headroom) - other_ns;
-    double last_ns = plain_ns(control, &expected[control->last], HELD);
     double ns = fv_control_predict_ns(control, level, &expected[level]);
-    forget(control, last_ns);
+    forget(control);
     if (level < control->last && (!(ns <= budget_ns) || control->cuts == CUTS_MAX)) {
-        drop(control, expected, ns, budget_ns, last_ns);
+        drop(control, expected, ns, budget_ns);
         return control->level;
     }
     if (level == control->first) return level;
@@ -317,8 +345,9 @@ int fv_control_choose(struct fv_control *control, const struct fv_work *expected
     double newest_ns = plain_ns(control, &expected[up], NEWEST) * factors(memory);
     double up_ns = fv_control_predict_ns(control, up, &expected[up]);
     control->quiet = newest_ns <= room * budget_ns ? least_of(control->quiet + 1, QUIET_FRAMES) : 0;
-    if (control->quiet == QUIET_FRAMES && judged(&control->memory[level]) && up_ns * memory->caution <= room * budget_ns)
-        raise_one(control, expected, up_ns, last_ns);
+    if (control->quiet == QUIET_FRAMES && judged(&control->memory[level]) &&
+        up_ns * memory->caution <= room * budget_ns)
+        raise_one(control, expected, up_ns);
     return control->level;
 }
 
@@ -326,5 +355,5 @@ void fv_control_fit(struct fv_control *control, const struct fv_work *expected, 
 {
     double ns = fv_control_predict_ns(control, control->level, &expected[control->level]);
     if (control->level == control->last || !anything_known(control) || ns <= budget_ns) return;
-    drop(control, expected, ns, budget_ns, plain_ns(control, &expected[control->last], HELD));
+    drop(control, expected, ns, budget_ns);
 }

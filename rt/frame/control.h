@@ -53,19 +53,19 @@ struct fv_cost_sample {
 
 enum fv_measure { FV_PRICE, FV_UNITS, FV_STRETCH, FV_MEASURES };
 
-/* What a level has taught about itself. Forgotten, while it is not in use, when the predicted cost of the
- * last level has moved by more than 25 % since the raise to it, or after 16384 frames: what taught it may be
- * gone. */
+/* What a level has taught about itself. Forgotten, while it is not in use, when its work would cost 25 % more
+ * or less than at the raise to it, or after 10000 frames: what taught it may be gone. */
 struct fv_level_memory {
     double factor[FV_MEASURES]; /* 1 to 16 */
     double caution;             /* 1 to 16: on top before a raise, so that one that failed is not tried again
                                    and again */
     double raised_ns;           /* predicted on the newest raise to it; 0: it was come down to */
-    struct fv_work raised;      /* of which work */
     double dearer[FV_MEASURES]; /* smallest ratio, measured over known, since then */
     int samples;                /* since then, up to 2: then the factors are set */
-    double known_ns;            /* predicted for the last level at the raise */
-    int frames;                 /* since it was last in use */
+    struct fv_work work;        /* at the newest raise */
+    double known_ns;            /* what that took without factors, by the median of three frames */
+    int moved;                  /* frames in a row in which that was something else */
+    int frames;                 /* since it was raised to or left */
 };
 
 struct fv_control {
@@ -78,8 +78,9 @@ struct fv_control {
     int easy;        /* frames in a row whose least had room in fewer periods */
     int cuts;        /* frames cut at this level, 2 each, less 1 for each one that was not; >= 0 */
     struct fv_peak price[FV_COSTS], stretch;
-    struct fv_peak correction[FV_COSTS]; /* held: their mean. It moves by 1/16 of its difference to the second
-                                            largest of the last three; all the way, beyond a factor of 1.2 */
+    /* Held is not a peak but the mean: by 1/16 of the difference a frame, all the way where two of the last
+     * three are above 1.2 of it or all below 0.8. */
+    struct fv_peak correction[FV_COSTS];
     struct fv_level_memory memory[FV_LEVELS_MAX];
 };
 
@@ -93,8 +94,8 @@ void fv_control_open(struct fv_control *control, int first, int last, int worker
 double fv_control_predict_ns(const struct fv_control *control, int level, const struct fv_work *work);
 
 /* Wall time in ns that one more unit of a cost takes when all workers share the work, 0 while it is not
- * known. For reserves: the dearer of what is held and what the newest frame says, so that a reserve is right from
- * the second frame of a change on. */
+ * known. For reserves: the dearer of what is held and what the newest frame says, so that a reserve is right
+ * from the second frame of a change on. */
 double fv_control_price_ns(const struct fv_control *control, int cost);
 
 /* The level of the next frame: expected[level] for first..last; `least`: what no frame can do without;
@@ -110,7 +111,8 @@ double fv_control_price_ns(const struct fv_control *control, int cost);
 int fv_control_choose(struct fv_control *control, const struct fv_work *expected, const struct fv_work *least,
                       double period_ns, double other_ns, int periods_max);
 
-/* Once more for the same frame, now that its gaze is known and `budget_ns` is left for its stages: only down. */
+/* Once more for the same frame, now that its gaze is known and `budget_ns` is left for its stages: only down.
+ */
 void fv_control_fit(struct fv_control *control, const struct fv_work *expected, double budget_ns);
 
 void fv_control_learn(struct fv_control *control, const struct fv_cost_sample *sample);

@@ -10,8 +10,8 @@
 enum { SELECT, SUPPORT, REPROJECT, RAYS, STAGES, LAST = 7, WORKERS = 2, TILES = 3404 };
 static int64_t frames_of_each = 20000;
 
-/* Work of a level: radii of 10 and 20 degrees and p_min from 1 down, then smaller radii, then a coarser support
- * image. */
+/* Work of a level: radii of 10 and 20 degrees and p_min from 1 down, then smaller radii, then a coarser
+ * support image. */
 static struct fv_work work_of(int level, bool dear_region)
 {
     static const double p_min[] = {1, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01, 0.01};
@@ -28,11 +28,11 @@ static struct fv_work work_of(int level, bool dear_region)
     return work;
 }
 
-/* The least: no rays but the fovea's, which are few; nothing reprojected. */
+/* The least: no rays but the fovea's. */
 static struct fv_work least_of(void)
 {
     struct fv_work work = work_of(LAST, false);
-    work.units[2 * REPROJECT] = work.units[2 * RAYS] = 0;
+    work.units[2 * RAYS] = 0;
     return work;
 }
 
@@ -60,12 +60,14 @@ static double render(const struct plant *p, int level, double deadline_ns, struc
     for (int k = 0; k < 2 * STAGES; k++) {
         bool rays = k / 2 == RAYS;
         s->done.units[k] = s->expected.units[k] * (rays ? p->came * plant_noise(p) : 1);
-        s->cpu_ns[k] = s->done.units[k] * unit_ns[k] * (rays ? p->rays * p->wrong[level] : 1) * plant_noise(p);
+        s->cpu_ns[k] =
+            s->done.units[k] * unit_ns[k] * (rays ? p->rays * p->wrong[level] : 1) * plant_noise(p);
         whole_ns += s->cpu_ns[k] / WORKERS * plant_noise(p);
     }
     s->wall_ns = whole_ns;
     for (unsigned i = 0; i < COUNT(last_first); i++)
-        s->wall_ns -= leave_out(s, last_first[i], least.units[last_first[i]], s->wall_ns - deadline_ns);
+        s->wall_ns -=
+            leave_out(s, last_first[i], i < 2 ? least.units[last_first[i]] : 0, s->wall_ns - deadline_ns);
     for (int k = 0; k < 2 * STAGES; k++) s->total_cpu_ns += s->cpu_ns[k];
     return whole_ns;
 }
@@ -113,20 +115,13 @@ static const struct {
     double missed, changes;
     int settled;
 } plants[] = {
-    {"constant", plant_constant, 0, 2, 10},
-    {"constant, heavy tails", plant_tails, 2, 2, -1},
-    {"eleven prices", plant_prices, 0, 2, -1},
-    {"ramp x10, /10", plant_ramp, 0, 50, -1},
-    {"steps x10, /10", plant_steps, 0, 2, 10},
-    {"single spikes", plant_spikes, 0, 2, 10},
-    {"preemption", plant_preemption, 0, 20, -1},
-    {"CPU-bound", plant_cpu_bound, 0, 20, -1},
-    {"random walk", plant_walk, 0, 100, -1},
-    {"saccades", plant_saccades, 0, 800, -1},
-    {"a level x3", plant_wrong_level, 0, 20, -1},
-    {"rays x3, /3", plant_wrong_units, 0, 20, -1},
-    {"steps, seen 2 late", plant_delayed, 0, 20, 12},
-    {"NaN, 0, < 0", plant_lies, 0, 2, -1},
+    {"constant", plant_constant, 0, 2, 10},           {"constant, heavy tails", plant_tails, 2, 2, -1},
+    {"eleven prices", plant_prices, 0, 2, -1},        {"ramp x10, /10", plant_ramp, 0, 100, -1},
+    {"steps x10, /10", plant_steps, 0, 1, 20},        {"single spikes", plant_spikes, 0, 2, 10},
+    {"preemption", plant_preemption, 0, 20, -1},      {"CPU-bound", plant_cpu_bound, 0, 20, -1},
+    {"random walk", plant_walk, 0, 100, -1},          {"saccades", plant_saccades, 0, 800, -1},
+    {"a level x3", plant_wrong_level, 0, 20, -1},     {"rays x3, /3", plant_wrong_units, 0, 20, -1},
+    {"steps, seen 2 late", plant_delayed, 0, 20, 22}, {"NaN, 0, < 0", plant_lies, 0, 2, -1},
     {"clock jumps", plant_jumps, 0, 2, 10},
 };
 
@@ -134,16 +129,17 @@ static void plants_hold(void **state)
 {
     (void)state;
     int failed = 0;
-    print_message("%-24s %9s %9s %9s %9s %7s %8s\n", "plant", "over, %", "missed, %", "changes", "level", "used, %", "settled");
+    print_message("%-24s %9s %9s %9s %9s %7s %8s\n", "plant", "over, %", "missed, %", "changes", "level",
+                  "used, %", "settled");
     for (unsigned i = 0; i < COUNT(plants); i++) {
         struct plant_numbers r = run(plants[i].function, 1, frames_of_each);
         double all = (double)r.frames, each = 1e4 / all;
         bool fine = (double)r.missed * each <= plants[i].missed && r.missed_run <= 1 &&
                     (double)r.changes * each <= plants[i].changes &&
                     (plants[i].settled < 0 || r.settled <= plants[i].settled);
-        print_message("%-24s %9.2f %9.3f %9.1f %9.2f %7.1f %8lld%s\n", plants[i].what, 100 * (double)r.over / all,
-                      100 * (double)r.missed / all, (double)r.changes * each, r.level / all, 100 * r.used / all,
-                      (long long)r.settled, fine ? "" : "  too much");
+        print_message("%-24s %9.2f %9.3f %9.1f %9.2f %7.1f %8lld%s\n", plants[i].what,
+                      100 * (double)r.over / all, 100 * (double)r.missed / all, (double)r.changes * each,
+                      r.level / all, 100 * r.used / all, (long long)r.settled, fine ? "" : "  too much");
         failed += !fine;
     }
     assert_int_equal(failed, 0);
@@ -156,20 +152,21 @@ static void constant_load_is_left_alone(void **state)
     static plant_function *const shapes[] = {plant_constant, plant_tails};
     for (unsigned i = 0; i < COUNT(shapes); i++) {
         int64_t most = 0, sum = 0;
-        for (int k = 0; k < 80; k++) {
-            struct plant_numbers r = run(shapes[i], pow(1.06, k - 30), 10000);
+        for (int k = 0; k < 40; k++) {
+            struct plant_numbers r = run(shapes[i], pow(1.12, k - 15), 10000);
             sum += r.changes;
             if (r.changes > most) most = r.changes;
         }
-        print_message("%s noise: %.2f level changes in 10,000 frames, at most %lld\n", i ? "heavy-tailed" : "even",
-                      (double)sum / 80, (long long)most);
+        print_message("%s noise: %.2f level changes in 10,000 frames, at most %lld\n",
+                      i ? "heavy-tailed" : "even", (double)sum / 40, (long long)most);
         assert_true(most <= 2);
     }
 }
 
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(plants_hold), cmocka_unit_test(constant_load_is_left_alone)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(plants_hold),
+                                       cmocka_unit_test(constant_load_is_left_alone)};
     if (argc > 1) frames_of_each = strtoll(argv[1], NULL, 10);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

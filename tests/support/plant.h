@@ -168,10 +168,11 @@ struct plant_numbers {
     int before, missed_now;
 };
 
-/* A frame at `level`, which took `used` of its budget: would have gone `over` it but for the cut, `missed` its
- * deadline. Changes of level count, but for the first ten frames after what the plant is like has changed. */
-static inline void plant_count(struct plant_numbers *r, int64_t n, int level, double used, bool over, bool cut,
-                               bool missed)
+/* A frame at `level`, which took `used` of its budget: would have gone `over` it but for the cut, `missed`
+ * its deadline. Changes of level count, but for the first ten frames after what the plant is like has
+ * changed. */
+static inline void plant_count(struct plant_numbers *r, int64_t n, int level, double used, bool over,
+                               bool cut, bool missed)
 {
     int64_t into = n % PLANT_SEGMENT;
     r->frames++;
