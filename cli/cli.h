@@ -28,6 +28,8 @@ struct fv_arguments {
     struct fv_config_request request;
     struct fv_measure_arguments measure;
     const char *out;         /* --out, "out" where it is not given */
+    const char *decisions;   /* replay: file of what was decided (cli/decisions.h) ... */
+    int64_t recorded;        /* ... for so many frames; 0: there is none */
     int64_t frames;          /* --frames, -1 where it is not given */
     double ppd;              /* --ppd, pixels per degree, 67 where it is not given */
     double fov_deg;          /* --fov, across the picture, 0 where it is not given */

@@ -1,13 +1,19 @@
 /* record: the tape of a session; see record.h. */
 #include "cli/record.h"
 
+#include "cli/decisions.h"
 #include "platform/log.h"
 #include "sensors/tape.h"
 
 #include <string.h>
 #include <unistd.h>
 
-static struct fv_writer head_file, gaze_file;
+/* The files that grow while the session runs. */
+enum { HEAD, GAZE, DECISIONS };
+static const char *const names[FV_RECORD_FILES] = {
+    [HEAD] = "head.csv", [GAZE] = "gaze.csv", [DECISIONS] = "decisions.csv"};
+static struct fv_writer file[FV_RECORD_FILES];
+static int stages;
 static bool opened, recording;
 
 static int write_settings(const struct fv_config *config, const char *folder, struct fv_error *error)
@@ -49,21 +55,33 @@ static void remove_old(const char *folder, const char *name)
     if (fv_path_join(path, folder, name) == 0) unlink(path);
 }
 
-int fv_record_open(const struct fv_config *config, const char *out, struct fv_error *error)
+int fv_record_open(const struct fv_config *config, const char *const *stage, int count, const char *out,
+                   struct fv_error *error)
 {
     char folder[FV_PATH_MAX];
     if (fv_path_join(folder, out, "tape")) return fv_error_set(error, "%s: path too long", out);
     if (fv_folder_make(folder, error)) return -1;
-    if (open_one(&head_file, folder, "head.csv", error) || open_one(&gaze_file, folder, "gaze.csv", error)) return -1;
+    for (int i = 0; i < FV_RECORD_FILES; i++)
+        if (open_one(&file[i], folder, names[i], error)) return -1;
     /* Nothing of an older recording may stand beside this one. */
     remove_old(folder, "frames");
-    remove_old(folder, "head.csv");
-    remove_old(folder, "gaze.csv");
+    for (int i = 0; i < FV_RECORD_FILES; i++) remove_old(folder, names[i]);
     if (write_settings(config, folder, error)) return -1;
-    fv_tape_begin_head(&head_file);
-    fv_tape_begin_gaze(&gaze_file);
+    fv_tape_begin_head(&file[HEAD]);
+    fv_tape_begin_gaze(&file[GAZE]);
+    fv_decisions_begin(&file[DECISIONS], stage, stages = count);
     recording = opened = true;
     return 0;
+}
+
+/* The first failure ends the recording, not the run. */
+static void look_for_failure(void)
+{
+    for (int i = 0; i < FV_RECORD_FILES && recording; i++) {
+        if (!file[i].failed) continue;
+        recording = false;
+        fv_log("tape: %s: recording ends here, the run goes on", strerror(file[i].failed));
+    }
 }
 
 void fv_record_latch(int64_t t_ns, const struct fv_pose *head, const struct fv_gaze *gaze)
@@ -72,11 +90,16 @@ void fv_record_latch(int64_t t_ns, const struct fv_pose *head, const struct fv_g
     struct fv_head_sample h = {.t_ns = t_ns, .pose = *head};
     struct fv_gaze_sample g = {.t_ns = t_ns, .valid = !gaze->held, .uncertainty_deg = gaze->uncertainty_deg};
     memcpy(g.direction, gaze->direction, sizeof g.direction);
-    fv_tape_write_head(&head_file, &h);
-    fv_tape_write_gaze(&gaze_file, &g);
-    if (!head_file.failed && !gaze_file.failed) return;
-    recording = false;
-    fv_log("tape: %s: recording ends here, the run goes on", strerror(head_file.failed ? head_file.failed : gaze_file.failed));
+    fv_tape_write_head(&file[HEAD], &h);
+    fv_tape_write_gaze(&file[GAZE], &g);
+    look_for_failure();
+}
+
+void fv_record_decision(const struct fv_decision *decision)
+{
+    if (!recording) return;
+    fv_decisions_write(&file[DECISIONS], decision, stages);
+    look_for_failure();
 }
 
 /* A file that could not be written whole keeps what fitted: a tape may end anywhere. */
@@ -93,8 +116,9 @@ int fv_record_close(int64_t frames, const char *out, struct fv_error *error)
     char path[FV_PATH_MAX];
     if (!opened) return 0;
     opened = recording = false;
-    int head_cut = close_one(&head_file, error), gaze_cut = close_one(&gaze_file, error);
-    if (head_cut || gaze_cut)
+    int cut = 0;
+    for (int i = 0; i < FV_RECORD_FILES; i++) cut |= close_one(&file[i], error);
+    if (cut)
         return fv_error_set(error, "%s/tape: the recording is not whole: it can be used as a tape, not replayed", out);
     if (fv_path_join(path, out, "tape/frames")) return fv_error_set(error, "%s: path too long", out);
     if (fv_writer_open(&count, path, error)) return -1;

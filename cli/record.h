@@ -1,20 +1,29 @@
-/* record: what a run leaves besides pictures: its settings and every latched sample, enough for
- * `foveola replay` to give the same pictures. Written row by row into OUT/tape. */
+/* record: what a run leaves besides pictures: its settings, every latched sample and what was decided for
+ * each frame, enough for `foveola replay` to give the same pictures. Written row by row into OUT/tape. */
 #ifndef FV_CLI_RECORD_H
 #define FV_CLI_RECORD_H
 
 #include "config/config.h"
 #include "platform/files.h"
+#include "rt/frame/session.h"
 #include "sensors/sensors.h"
 
-enum { FV_RECORD_BYTES = 2 * sizeof(struct fv_writer) }; /* static: what a recording takes */
+enum {
+    FV_RECORD_FILES = 3,
+    FV_RECORD_BYTES = FV_RECORD_FILES * sizeof(struct fv_writer) /* static: what a recording takes */
+};
 
-/* Opens OUT/tape/head.csv and gaze.csv and writes settings.ini. */
-int fv_record_open(const struct fv_config *config, const char *out, struct fv_error *error);
+/* Opens OUT/tape/head.csv, gaze.csv and decisions.csv and writes settings.ini. `stage`: the names of the stages
+ * that may be cut. */
+int fv_record_open(const struct fv_config *config, const char *const *stage, int stages, const char *out,
+                   struct fv_error *error);
 
 /* What was latched for the session time t_ns, which grows from call to call. A disk that fills ends the
  * recording, not the run: said once. */
 void fv_record_latch(int64_t t_ns, const struct fv_pose *head, const struct fv_gaze *gaze);
+
+/* After each frame. */
+void fv_record_decision(const struct fv_decision *decision);
 
 int fv_record_close(int64_t frames, const char *out, struct fv_error *error);
 

@@ -1,4 +1,5 @@
-/* replay: runs a recorded session again: its settings, with its tape in the sensors' place. */
+/* replay: runs a recorded session again: its settings, with its tape in the sensors' place and what the clock
+ * decided then in the clock's. */
 #include "cli/cli.h"
 
 #include "platform/log.h"
@@ -28,9 +29,50 @@ static bool same_folder(const char *a, const char *b)
     return stat(a, &sa) == 0 && stat(b, &sb) == 0 && sa.st_dev == sb.st_dev && sa.st_ino == sb.st_ino;
 }
 
+/* Puts the recording's settings before what the command line sets, so that it can still change the rest,
+ * and behind it that nothing waits for a display. */
+static int take_settings(struct fv_config_request *r, const char *settings, const char *head, const char *gaze)
+{
+    const char *const first[] = {"eye.source=tape", "imu.source=tape", gaze, head};
+    enum { FIRST = sizeof first / sizeof first[0] };
+    if (r->files == 16 || r->sets + FIRST + 1 > 64) return -1;
+    for (int i = r->files++; i > 0; i--) r->file[i] = r->file[i - 1];
+    r->file[0] = settings;
+    for (int i = r->sets - 1; i >= 0; i--) r->set[i + FIRST] = r->set[i];
+    memcpy(r->set, first, sizeof first);
+    r->sets += FIRST;
+    r->set[r->sets++] = "budget.pace=free";
+    return 0;
+}
+
+/* The recording in `folder` as the arguments of a run. */
+static int take_recording(struct fv_arguments *a, const char *folder, struct fv_error *error)
+{
+    static char settings[FV_PATH_MAX], decisions[FV_PATH_MAX], head[FV_PATH_MAX + 16], gaze[FV_PATH_MAX + 16];
+    int64_t frames = recorded_frames(folder, error);
+    if (frames < 0) return -1;
+    if (fv_path_join(settings, folder, "tape/settings.ini") ||
+        fv_path_join(decisions, folder, "tape/decisions.csv"))
+        return fv_error_set(error, "%s: path too long", folder);
+    if (same_folder(folder, a->out))
+        return fv_error_set(error, "replay: --out %s is the recording itself: name another folder", a->out);
+    if (fv_file_exists(decisions)) {
+        a->decisions = decisions;
+        a->recorded = frames;
+        if (a->frames > frames)
+            return fv_error_set(error, "replay: --frames %lld: %lld were recorded", (long long)a->frames,
+                                (long long)frames);
+    }
+    if (a->frames < 0) a->frames = frames;
+    snprintf(gaze, sizeof gaze, "eye.tape=%.900s/tape/gaze.csv", folder);
+    snprintf(head, sizeof head, "imu.tape=%.900s/tape/head.csv", folder);
+    if (take_settings(&a->request, settings, head, gaze))
+        return fv_error_set(error, "replay: too many --config or --set");
+    return 0;
+}
+
 int fv_verb_replay(const struct fv_arguments *arguments)
 {
-    static char settings[FV_PATH_MAX], head[FV_PATH_MAX + 16], gaze[FV_PATH_MAX + 16];
     struct fv_arguments a = *arguments;
     struct fv_error error;
     const char *folder = a.operand[0];
@@ -38,29 +80,9 @@ int fv_verb_replay(const struct fv_arguments *arguments)
         fv_log("replay: name the folder of the recorded run: foveola replay DIR --out OTHER");
         return FV_EXIT_UNUSABLE;
     }
-    int64_t frames = recorded_frames(folder, &error);
-    if (frames >= 0 && fv_path_join(settings, folder, "tape/settings.ini"))
-        frames = fv_error_set(&error, "%s: path too long", folder);
-    if (frames >= 0 && same_folder(folder, a.out))
-        frames = fv_error_set(&error, "replay: --out %s is the recording itself: name another folder", a.out);
-    if (frames < 0) {
+    if (take_recording(&a, folder, &error)) {
         fv_log("%s", error.text);
         return FV_EXIT_UNUSABLE;
     }
-    /* Before what the command line sets, so that it can still change the rest. */
-    const char *first[4] = {"eye.source=tape", "imu.source=tape", gaze, head};
-    snprintf(gaze, sizeof gaze, "eye.tape=%.900s/tape/gaze.csv", folder);
-    snprintf(head, sizeof head, "imu.tape=%.900s/tape/head.csv", folder);
-    struct fv_config_request *r = &a.request;
-    if (r->files == 16 || r->sets + 4 > 64) {
-        fv_log("replay: too many --config or --set");
-        return FV_EXIT_UNUSABLE;
-    }
-    for (int i = r->files++; i > 0; i--) r->file[i] = r->file[i - 1];
-    r->file[0] = settings;
-    for (int i = r->sets - 1; i >= 0; i--) r->set[i + 4] = r->set[i];
-    for (int i = 0; i < 4; i++) r->set[i] = first[i];
-    r->sets += 4;
-    if (a.frames < 0) a.frames = frames;
     return fv_verb_run(&a);
 }

@@ -1,6 +1,7 @@
 /* run: the main job: frames from sensors to the display, then the session's report. */
 #include "cli/cli.h"
 #include "cli/columns.h"
+#include "cli/decisions.h"
 #include "cli/record.h"
 #include "cli/report.h"
 
@@ -19,6 +20,8 @@ struct run {
     struct fv_picture picture;
     bool pictured;      /* `picture` holds a frame */
     int64_t frames;     /* asked for; -1: until a signal */
+    const struct fv_decision *decision; /* replay: what was decided for ... */
+    int64_t decided;    /* ... so many frames */
     int64_t shown_ns;   /* when the progress line was last written */
     float gaze_latency_ms; /* of the newest latch */
     int exit_code;
@@ -65,10 +68,19 @@ static void present(void *context, const struct fv_frame *f)
     }
 }
 
+static bool decided(void *context, int64_t frame, struct fv_decision *decision)
+{
+    const struct run *r = context;
+    if (frame >= r->decided) return false;
+    *decision = r->decision[frame];
+    return true;
+}
+
 static bool after(void *context, const struct fv_session *s, const struct fv_frame_record *record)
 {
     struct run *r = context;
     int64_t now_ns = fv_clock_now_ns(&fv_clock_monotonic);
+    fv_record_decision(&record->decision);
     if (s->frames <= s->capacity) s->record[s->frames - 1].gaze_latency_ms = r->gaze_latency_ms;
     if (now_ns - r->shown_ns > 100000000 && fv_log_is_terminal()) {
         char of[32] = "";
@@ -81,6 +93,18 @@ static bool after(void *context, const struct fv_session *s, const struct fv_fra
     return !stopped;
 }
 
+static int read_decisions(struct run *r, const struct fv_arguments *a, struct fv_error *error)
+{
+    const struct fv_setup *s = &r->setup;
+    struct fv_decisions_of of = {.stage = s->session.stage,
+                                 .stages = s->plan.passes,
+                                 .levels = s->plan.method->levels,
+                                 .tiles = s->loop.frame.tiles,
+                                 .frames = a->recorded};
+    r->decided = a->recorded;
+    return a->recorded > 0 ? fv_decisions_read(&r->decision, a->decisions, &of, error) : 0;
+}
+
 /* All that a run needs before the first frame; OUT is made once all that it does not hold is there. */
 static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error *error)
 {
@@ -88,9 +112,12 @@ static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error 
     if (fv_setup_open(&r->setup, &a->request, error)) return -1;
     r->frames = a->frames;
     if (fv_setup_take(&r->setup, r->frames, error)) return -1;
+    if (read_decisions(r, a, error)) return -1;
     if (fv_display_open(&r->display, c, a->out, error)) return -1;
     if (fv_folder_make(a->out, error)) return -1;
-    if (strcmp(c->output_tape, "on") == 0 && fv_record_open(c, a->out, error)) return -1;
+    if (strcmp(c->output_tape, "on") == 0 &&
+        fv_record_open(c, r->setup.session.stage, r->setup.plan.passes, a->out, error))
+        return -1;
     fv_setup_realtime(&r->setup, true);
     return 0;
 }
@@ -161,7 +188,7 @@ int fv_verb_run(const struct fv_arguments *a)
     struct sigaction action = {.sa_handler = on_signal};
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
-    struct fv_loop_io io = {&r, latch, wants, present, NULL, after};
+    struct fv_loop_io io = {&r, latch, wants, present, r.decided > 0 ? decided : NULL, after};
     fv_heap_seal(strcmp(r.setup.config.threads_sealed_heap, "fatal") == 0);
     fv_loop_run(&r.setup.loop, &io, r.frames);
     fill_session(&r);

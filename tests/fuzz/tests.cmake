@@ -14,3 +14,4 @@ endfunction()
 
 fv_fuzz(tape sensors)
 fv_fuzz(gltf rt)
+fv_fuzz(decisions cli)
