@@ -13,8 +13,8 @@ enum {
     FV_RECORD_BYTES = FV_RECORD_FILES * sizeof(struct fv_writer) /* static: what a recording takes */
 };
 
-/* Opens OUT/tape/head.csv, gaze.csv and decisions.csv and writes settings.ini. `stage`: the names of the stages
- * that may be cut. */
+/* Opens OUT/tape/head.csv, gaze.csv and decisions.csv and writes settings.ini. `stage`: the names of the
+ * stages that may be cut. */
 int fv_record_open(const struct fv_config *config, const char *const *stage, int stages, const char *out,
                    struct fv_error *error);
 

@@ -31,7 +31,8 @@ static bool same_folder(const char *a, const char *b)
 
 /* Puts the recording's settings before what the command line sets, so that it can still change the rest,
  * and behind it that nothing waits for a display. */
-static int take_settings(struct fv_config_request *r, const char *settings, const char *head, const char *gaze)
+static int take_settings(struct fv_config_request *r, const char *settings, const char *head,
+                         const char *gaze)
 {
     const char *const first[] = {"eye.source=tape", "imu.source=tape", gaze, head};
     enum { FIRST = sizeof first / sizeof first[0] };

@@ -21,7 +21,7 @@ struct run {
     bool pictured;      /* `picture` holds a frame */
     int64_t frames;     /* asked for; -1: until a signal */
     const struct fv_decision *decision; /* replay: what was decided for ... */
-    int64_t decided;    /* ... so many frames */
+    int64_t decided;                    /* ... so many frames */
     int64_t shown_ns;   /* when the progress line was last written */
     float gaze_latency_ms; /* of the newest latch */
     int exit_code;

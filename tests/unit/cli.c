@@ -13,8 +13,10 @@ static bool there(const char *name)
 static void a_run_leaves_all_its_files(void **state)
 {
     (void)state;
-    static const char *const files[] = {"report.json", "report.html", "trace.json", "frames.csv", "tape/head.csv", "tape/gaze.csv", "tape/decisions.csv",
-                                        "tape/settings.ini", "left-00000.png", "right-00000.png", "left-00003.png", "right-00003.png"};
+    static const char *const files[] = {"report.json",        "report.html",       "trace.json",
+                                        "frames.csv",         "tape/head.csv",     "tape/gaze.csv",
+                                        "tape/decisions.csv", "tape/settings.ini", "left-00000.png",
+                                        "right-00000.png",    "left-00003.png",    "right-00003.png"};
     char name[128], json[256];
     struct program_result r = program("run %s --frames 4 --out a/b --set threads.sealed_heap=fatal", SMALL);
     if (r.code) fail_msg("exit %d: %s", r.code, r.errors);

@@ -133,8 +133,7 @@ static void bad_files_are_named(void **state)
         snprintf(text, sizeof text, "%s%s", NAMES, good);
         text[at] = 0;
         /* Names that are not this method's are taken where nothing was decided. */
-        bool name =
-            at >= (int)strlen(FIRST "t_ns,level,") && at < (int)strlen(NAMES) - 1 && NAMES[at] != ',';
+        bool name = at >= (int)strlen(FIRST "t_ns,level,") && at < (int)strlen(NAMES) - 1 && NAMES[at] != ',';
         assert_int_equal(parse(text, (size_t)size, &of_three, row, &error), name ? 0 : -1);
     }
 }
