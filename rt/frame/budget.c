@@ -13,7 +13,8 @@ void fv_budget_open(struct fv_budget *b, const struct fv_config *config, const s
                             .plan = plan,
                             .periods_max = (int)config->budget_periods,
                             .period_ns = 1e9 / config->budget_hz,
-                            .adapt = strcmp(config->budget_adapt, "on") == 0 && levels > 1};
+                            .adapt = strcmp(config->budget_adapt, "on") == 0 && levels > 1,
+                            .lead = 1};
     fv_schedule_take(&b->schedule, frame, workers, clock, trace);
     fv_control_open(&b->control, levels > 1 ? 1 : 0, levels - 1, workers->count, config->budget_headroom);
 }
@@ -56,9 +57,9 @@ double fv_budget_foresee(struct fv_budget *b)
     struct fv_control *c = &b->control;
     if (!b->adapt) return 0;
     fv_control_choose(c, b->expected, &b->least, b->period_ns, b->present_ns.held, b->periods_max);
-    double needs_ns = fv_control_predict_ns(c, c->level, &b->expected[c->level]);
+    double needs_ns = fv_control_need_ns(c, c->level, &b->expected[c->level]);
     if (!(needs_ns > 0)) return 0;
-    return needs_ns + b->present_ns.held + c->headroom * b->period_ns;
+    return b->lead * needs_ns + b->present_ns.held + b->straggle_ns + c->headroom * b->period_ns;
 }
 
 /* Wall time of one stage of some work. */
@@ -84,14 +85,15 @@ int fv_budget_begin(struct fv_budget *b, struct fv_frame *f, int level, const st
     if (adapt) {
         expect(b, f, uncertainty_deg);
         if (deadline_ns) {
-            fv_control_fit(c, b->expected, (double)(deadline_ns - begun_ns) - b->present_ns.held);
+            level = fv_control_fit(c, b->expected, (double)(deadline_ns - begun_ns) - b->present_ns.held);
         } else {
             fv_control_choose(c, b->expected, &b->least, b->period_ns, b->present_ns.held, b->periods_max);
             deadline_ns = begun_ns + llround(c->periods * b->period_ns);
+            level = c->level;
         }
-        level = c->level;
         b->deadline_ns = deadline_ns;
         b->sample = (struct fv_cost_sample){.level = level, .expected = b->expected[level]};
+        b->sample.hurried = (double)(deadline_ns - begun_ns) < 0.95 * c->periods * b->period_ns;
     }
     parameters_of(b, level, uncertainty_deg, &f->parameters);
     f->spacing = f->parameters.spacing;
@@ -109,9 +111,8 @@ void fv_budget_stage(struct fv_budget *b, struct fv_frame *f, int i, int done, s
         bool known = fv_control_predict_ns(&b->control, level, &b->sample.expected) > 0;
         limit.expected_ns = known ? fmax(b->expected_ns, 0.05 * b->period_ns) : 0;
         limit.begun_ns = b->begun_ns;
-        limit.deadline_ns = b->deadline_ns - llround(b->straggle_ns);
+        limit.deadline_ns = b->deadline_ns - llround(b->straggle_ns + b->present_ns.held);
         limit.stand_in_ns = b->stand_in_ns[i].held;
-        limit.follow_ns = b->present_ns.held;
         for (int c = 2 * (i + 1); c < 2 * b->plan->passes; c++)
             limit.follow_ns += b->least.units[c] * fv_control_price_ns(&b->control, c);
         expected_ns = stage_ns(b, level, &b->sample.expected, i);
@@ -130,8 +131,10 @@ void fv_budget_stage(struct fv_budget *b, struct fv_frame *f, int i, int done, s
     b->sample.wall_ns += (double)(r->end_ns - r->start_ns);
     if (b->deadline_ns && i + 1 == b->plan->passes) {
         double over_ns = (double)(r->end_ns - b->deadline_ns) + b->present_ns.held + b->straggle_ns;
-        b->straggle_ns =
-            fmin(fmax(b->cut ? over_ns : 0, b->straggle_ns * (1 - 1.0 / 64)), 0.25 * b->period_ns);
+        if (!b->cut) over_ns = 0;
+        b->straggle_ns = fmax(fmin(over_ns, b->over_ns), b->straggle_ns * (1 - 1.0 / 64));
+        b->straggle_ns = fmin(b->straggle_ns, 0.25 * b->period_ns);
+        b->over_ns = over_ns;
     }
 }
 
@@ -148,6 +151,7 @@ void fv_budget_end(struct fv_budget *b, struct fv_frame *f)
         f->failed_share = (float)failed / (float)reprojected;
     }
     b->sample.cut = b->cut;
+    b->lead = b->cut && b->sample.hurried ? fmin(1.25 * b->lead, 16) : b->lead - (b->lead - 1) / 64;
     if (b->deadline_ns) fv_control_learn(&b->control, &b->sample);
 }
 

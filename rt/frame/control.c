@@ -85,6 +85,14 @@ static void fade_towards(struct fv_peak *peak, double guess)
     for (int i = 0; i < 3; i++) peak->recent[i] = peak->held;
 }
 
+/* A price that was not measured goes with the other one of its stage, which was held at one price and is now
+ * at another. */
+static void follow(struct fv_peak *peak, double other_was, double other_is, int cost)
+{
+    if (other_was > 0 && other_is > 0) peak->held = fmin(peak->held * other_is / other_was, price_max_ns);
+    fade_towards(peak, other_is * (cost & 1 ? 1 : sparse_dense));
+}
+
 void fv_control_open(struct fv_control *control, int first, int last, int workers, double headroom)
 {
     assert(0 <= first && first <= last && last < FV_LEVELS_MAX && workers >= 1);
@@ -160,6 +168,11 @@ double fv_control_predict_ns(const struct fv_control *control, int level, const 
     return plain_ns(control, work, HELD) * factors(&control->memory[level]);
 }
 
+double fv_control_need_ns(const struct fv_control *control, int level, const struct fv_work *work)
+{
+    return plain_ns(control, work, DEARER) * factors(&control->memory[level]);
+}
+
 double fv_control_price_ns(const struct fv_control *control, int cost)
 {
     return price(control, cost, DEARER) / control->workers * stretch(control, DEARER);
@@ -223,7 +236,9 @@ void fv_control_learn(struct fv_control *control, const struct fv_cost_sample *s
     if (sample->level < control->first || sample->level > control->last) return;
     judge_raise(control, sample);
     const double *factor = control->memory[sample->level].factor;
+    double before[FV_COSTS];
     bool fresh[FV_COSTS], any = false;
+    for (int k = 0; k < FV_COSTS; k++) before[k] = control->price[k].held;
     for (int k = 0; k < FV_COSTS; k++) {
         double units = sound(sample->done.units[k], units_max), ns = sound(sample->cpu_ns[k], time_max_ns);
         fresh[k] = units > 0 && taught(&control->price[k], ns / units / factor[FV_PRICE], price_max_ns);
@@ -232,7 +247,7 @@ void fv_control_learn(struct fv_control *control, const struct fv_cost_sample *s
     for (int k = 0; k < FV_COSTS && any; k++) {
         struct fv_peak *peak = &control->correction[k];
         double came = sound(sample->done.units[k], units_max) / sample->expected.units[k] / factor[FV_UNITS];
-        if (!fresh[k]) fade_towards(&control->price[k], sibling(control, k, HELD));
+        if (!fresh[k]) follow(&control->price[k], before[k ^ 1], control->price[k ^ 1].held, k);
         if (sample->cut && !(came > peak->held)) continue;
         if (!(came > 0 && isfinite(came))) fade_towards(peak, 1);
         else learn_mean(peak, within(came, 1 / correction_max, correction_max));
@@ -240,7 +255,7 @@ void fv_control_learn(struct fv_control *control, const struct fv_cost_sample *s
     double wall_ns = sound(sample->wall_ns, time_max_ns), cpu_ns = sound(sample->total_cpu_ns, time_max_ns);
     double stretched = sound(wall_ns * control->workers / cpu_ns / factor[FV_STRETCH], stretch_max);
     if (stretched > 0) fv_peak_learn(&control->stretch, fmax(stretched, 1));
-    if (sample->level != control->level) return;
+    if (sample->level != control->level || (sample->cut && sample->hurried)) return;
     if (sample->cut) control->cuts = least_of(control->cuts + 2, CUTS_MAX);
     else if (control->cuts > 0) control->cuts--;
 }
@@ -293,6 +308,15 @@ static void note(struct fv_control *control, struct fv_level_memory *memory, con
     memory->known_ns = plain_ns(control, work, MEDIAN);
 }
 
+/* The best level from one on that is predicted to fit, the last where none is. */
+static int best_from(const struct fv_control *control, int level, const struct fv_work *expected,
+                     double budget_ns)
+{
+    while (level < control->last && !(fv_control_predict_ns(control, level, &expected[level]) <= budget_ns))
+        level++;
+    return level;
+}
+
 /* Down from the level, which was predicted to take `ns`. */
 static void drop(struct fv_control *control, const struct fv_work *expected, double ns, double budget_ns)
 {
@@ -308,11 +332,8 @@ static void drop(struct fv_control *control, const struct fv_work *expected, dou
         note(control, memory, &expected[control->level]);
     }
     memory->frames = 0;
-    int level = control->level + 1;
-    while (level < control->last && !(fv_control_predict_ns(control, level, &expected[level]) <= budget_ns))
-        level++;
+    control->level = best_from(control, control->level + 1, expected, budget_ns);
     for (int i = control->first; i <= control->last; i++) control->memory[i].raised_ns = 0;
-    control->level = level;
     control->quiet = control->cuts = 0;
 }
 
@@ -351,9 +372,7 @@ int fv_control_choose(struct fv_control *control, const struct fv_work *expected
     return control->level;
 }
 
-void fv_control_fit(struct fv_control *control, const struct fv_work *expected, double budget_ns)
+int fv_control_fit(const struct fv_control *control, const struct fv_work *expected, double budget_ns)
 {
-    double ns = fv_control_predict_ns(control, control->level, &expected[control->level]);
-    if (control->level == control->last || !anything_known(control) || ns <= budget_ns) return;
-    drop(control, expected, ns, budget_ns);
+    return anything_known(control) ? best_from(control, control->level, expected, budget_ns) : control->level;
 }

@@ -19,8 +19,8 @@
 #include <stdbool.h>
 
 enum {
-    FV_COST_STAGES = 8,               /* at most, of a frame */
-    FV_COSTS = 2 * FV_COST_STAGES,    /* each for sparse tiles and, at + 1, for those worked at whole */
+    FV_COST_STAGES = 8,            /* at most, of a frame */
+    FV_COSTS = 2 * FV_COST_STAGES, /* each for sparse tiles and, at + 1, for those worked at whole */
     FV_LEVELS_MAX = 16
 };
 
@@ -49,6 +49,8 @@ struct fv_cost_sample {
     double cpu_ns[FV_COSTS];      /* thread CPU time of all workers, by cost */
     double wall_ns, total_cpu_ns; /* of all stages together */
     bool cut;
+    bool hurried; /* it was given less time than its level's budget: that it was cut is not the level's fault
+                   */
 };
 
 enum fv_measure { FV_PRICE, FV_UNITS, FV_STRETCH, FV_MEASURES };
@@ -93,9 +95,12 @@ void fv_control_open(struct fv_control *control, int first, int last, int worker
  * ones); where neither is, the mean of the others in this work. */
 double fv_control_predict_ns(const struct fv_control *control, int level, const struct fv_work *work);
 
-/* Wall time in ns that one more unit of a cost takes when all workers share the work, 0 while it is not
- * known. For reserves: the dearer of what is held and what the newest frame says, so that a reserve is right
+/* The same for reserves: by the dearer of what is held and what the newest frame says, so that it is right
  * from the second frame of a change on. */
+double fv_control_need_ns(const struct fv_control *control, int level, const struct fv_work *work);
+
+/* Wall time in ns that one more unit of a cost takes when all workers share the work, 0 while it is not
+ * known. For reserves too. */
 double fv_control_price_ns(const struct fv_control *control, int cost);
 
 /* The level of the next frame: expected[level] for first..last; `least`: what no frame can do without;
@@ -111,9 +116,9 @@ double fv_control_price_ns(const struct fv_control *control, int cost);
 int fv_control_choose(struct fv_control *control, const struct fv_work *expected, const struct fv_work *least,
                       double period_ns, double other_ns, int periods_max);
 
-/* Once more for the same frame, now that its gaze is known and `budget_ns` is left for its stages: only down.
- */
-void fv_control_fit(struct fv_control *control, const struct fv_work *expected, double budget_ns);
+/* The level of this frame alone, now that its gaze is known and `budget_ns` is left for its stages: the one
+ * that was chosen or, where that does not fit, the best one that does. */
+int fv_control_fit(const struct fv_control *control, const struct fv_work *expected, double budget_ns);
 
 void fv_control_learn(struct fv_control *control, const struct fv_cost_sample *sample);
 

@@ -163,13 +163,13 @@ struct stage {
     _Alignas(64) atomic_uint queue; /* the next place, and CLOSED */
     struct worker_count {
         _Alignas(64) int64_t start_ns, fovea_end_ns, end_ns, cpu_ns, stand_in_ns;
-        int64_t tile_ns[2], units[2];
+        int64_t tile_ns[2], units[2], longest_ns; /* longest: of one tile */
         int done, cut;
     } worker[FV_WORKERS_MAX];
 };
 
-/* True when what is left must not be begun: at `t_ns`, `place` tiles having been taken. Where the frame has
- * been dearer than expected so far, so will be what follows. */
+/* True when what is left must not be begun, for one more tile may take as long as any: at `t_ns`, `place`
+ * tiles having been taken. Where the frame has been dearer than expected so far, so will be what follows. */
 static bool out_of_time(const struct stage *g, const struct worker_count *c, int place, int64_t t_ns)
 {
     const struct fv_stage_limit *l = &g->limit;
@@ -178,7 +178,7 @@ static bool out_of_time(const struct stage *g, const struct worker_count *c, int
     if (expected > 0 && taken > expected) dearer = taken < 20 * expected ? taken / expected : 20;
     if (!(stand_in_ns > 0) && c->done > 0)
         stand_in_ns = (double)(c->tile_ns[0] + c->tile_ns[1]) / (16.0 * c->done * workers);
-    double follow_ns = dearer * (l->follow_ns + (g->tiles - place) * stand_in_ns);
+    double follow_ns = dearer * (l->follow_ns + (g->tiles - place) * stand_in_ns) + (double)c->longest_ns;
     return (double)(l->deadline_ns - t_ns) <= follow_ns;
 }
 
@@ -203,6 +203,7 @@ static void work_at(struct stage *g, struct worker_count *c, int worker, int pla
     c->tile_ns[whole] += took_ns;
     c->units[whole] += units;
     c->done += n;
+    if (took_ns / n > c->longest_ns) c->longest_ns = took_ns / n;
     if (g->pass->order != FV_ORDER_NEED) return;
     struct fv_ring *r = ring_of(s, worker, index);
     r->cpu_ns += (double)took_ns;
@@ -252,6 +253,7 @@ static void work(void *context, int worker)
     }
     c->end_ns = fv_clock_now_ns(clock);
     c->cpu_ns = fv_clock_cpu_ns(clock) - start_cpu_ns;
+    if (c->cpu_ns < 0 || c->cpu_ns > c->end_ns - c->start_ns) c->cpu_ns = c->end_ns - c->start_ns;
 }
 
 static void add_spans(const struct stage *g, int worker)

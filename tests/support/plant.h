@@ -6,10 +6,11 @@
 #include "tests/support/random.h"
 
 #include <stdbool.h>
+#include <stdlib.h>
 
 #define PLANT_PI 3.14159265358979323846
 
-enum { PLANT_SEGMENT = 1000, PLANT_LEVELS = 16 }; /* frames between changes of what a plant is like */
+enum { PLANT_SEGMENT = 500, PLANT_LEVELS = 16 }; /* frames between changes of what a plant is like */
 
 static const double plant_period_ns = 200e6 / 3, plant_pixels = 2 * 1182 * 1464.0;
 static const double plant_select_ns = 400, plant_node_ns = 370, plant_pixel_ns = 12, plant_dense_ns = 90,
@@ -87,7 +88,7 @@ static inline void plant_spikes(struct plant *p, int64_t n)
 
 static inline void plant_preemption(struct plant *p, int64_t n)
 {
-    if (n % (2 + n / PLANT_SEGMENT % 49) == 0) p->preempted_ns = 0.3 * plant_period_ns;
+    if (n % (2 + n / PLANT_SEGMENT % 49) == 0) p->preempted_ns = 0.15 * plant_period_ns;
 }
 
 static inline void plant_cpu_bound(struct plant *p, int64_t n)
@@ -164,8 +165,8 @@ static inline double plant_measured(const struct plant *p, double value)
 struct plant_numbers {
     int64_t frames, over, cut, missed, missed_run, changes;
     double level, used;
-    int64_t settled;
-    int before, missed_now;
+    int64_t settled; /* frames into a segment until the level was within one of where it ends, at worst */
+    int missed_now, level_at[PLANT_SEGMENT];
 };
 
 /* A frame at `level`, which took `used` of its budget: would have gone `over` it but for the cut, `missed`
@@ -174,20 +175,20 @@ struct plant_numbers {
 static inline void plant_count(struct plant_numbers *r, int64_t n, int level, double used, bool over,
                                bool cut, bool missed)
 {
-    int64_t into = n % PLANT_SEGMENT;
+    int into = (int)(n % PLANT_SEGMENT), i = into;
     r->frames++;
     r->over += over;
     r->cut += cut;
     r->missed += missed;
     r->missed_now = missed ? r->missed_now + 1 : 0;
     if (r->missed_now > r->missed_run) r->missed_run = r->missed_now;
-    if (n > 0 && level != r->before) {
-        r->changes += into > 10;
-        if (into > r->settled) r->settled = into;
-    }
+    r->changes += into > 10 && level != r->level_at[into - 1];
+    r->level_at[into] = level;
     r->level += level;
     r->used += used;
-    r->before = level;
+    if (into < PLANT_SEGMENT - 1) return;
+    while (i > 0 && abs(r->level_at[i - 1] - level) <= 1) i--;
+    if (i > r->settled) r->settled = i;
 }
 
 #endif

@@ -264,6 +264,66 @@ static void cuts_lead_down(void **state)
     assert_int_equal(changes, 3);
 }
 
+/* Frames that were given less time than there is say nothing about the level. */
+static void hurried_cuts_do_not(void **state)
+{
+    (void)state;
+    struct fv_work expected[LAST + 1];
+    struct fv_control c;
+    levels_of(expected);
+    fv_control_open(&c, 0, LAST, 1, 0.1);
+    frames(&c, expected, 20, 20);
+    for (int n = 0; n < 100; n++) {
+        int level = fv_control_choose(&c, expected, &nothing, period_ns, 0, 1);
+        struct fv_cost_sample s = sample_of(level, &expected[level], 20);
+        s.cut = s.hurried = true;
+        fv_control_learn(&c, &s);
+    }
+    assert_int_equal(c.level, 0);
+}
+
+/* One frame's level for the time that is left to it; the level chosen stays. */
+static void fits_what_is_left(void **state)
+{
+    (void)state;
+    static const struct {
+        double left_ms;
+        int level;
+    } table[] = {{100, 0},  {2.001, 0}, {1.999, 1}, {1.601, 1},    {1.599, 2},     {0.42, 7},
+                 {0.01, 7}, {0, 7},     {-5, 7},    {INFINITY, 0}, {-INFINITY, 7}, {NAN, 7}};
+    struct fv_work expected[LAST + 1];
+    struct fv_control c;
+    levels_of(expected);
+    fv_control_open(&c, 0, LAST, 1, 0.1);
+    assert_int_equal(fv_control_fit(&c, expected, 0), LAST);
+    frames(&c, expected, 20, 20);
+    for (unsigned r = 0; r < COUNT(table); r++) {
+        int level = fv_control_fit(&c, expected, table[r].left_ms * 1e6);
+        if (level != table[r].level || c.level != 0) fail_msg("row %u: level %d", r, level);
+    }
+}
+
+/* A price that is not measured for a while goes with the other one of its stage. */
+static void prices_of_a_stage_go_together(void **state)
+{
+    (void)state;
+    struct fv_control c;
+    struct fv_work both = {{[SPARSE] = 1000, [DENSE] = 1000}}, one = {{[SPARSE] = 1000}};
+    fv_control_open(&c, 0, LAST, 1, 0.1);
+    struct fv_cost_sample s = sample_of(LAST, &both, 10);
+    s.cpu_ns[SPARSE] *= 3;
+    for (int n = 0; n < 3; n++) fv_control_learn(&c, &s);
+    assert_true(fabs(c.price[SPARSE].held - 30) < 1e-9 && fabs(c.price[DENSE].held - 10) < 1e-9);
+    s = sample_of(LAST, &one, 300);
+    for (int n = 0; n < 2; n++) fv_control_learn(&c, &s);
+    assert_true(fabs(c.price[SPARSE].held - 300) < 1e-9 && fabs(c.price[DENSE].held / 100 - 1) < 0.05);
+    s = sample_of(LAST, &one, 3);
+    for (int n = 0; n < 3; n++) fv_control_learn(&c, &s);
+    assert_true(fabs(c.price[SPARSE].held - 3) < 1e-9 && fabs(c.price[DENSE].held - 1) < 0.1);
+    for (int n = 0; n < 1000; n++) fv_control_learn(&c, &s);
+    assert_true(fabs(c.price[DENSE].held - 3) < 0.01);
+}
+
 /* The least that a frame needs sets its periods: more at once, fewer after three easy frames. */
 static void periods(void **state)
 {
@@ -379,6 +439,9 @@ int main(void)
                                        cmocka_unit_test(follows_changes),
                                        cmocka_unit_test(wrong_level_is_tried_once),
                                        cmocka_unit_test(cuts_lead_down),
+                                       cmocka_unit_test(hurried_cuts_do_not),
+                                       cmocka_unit_test(fits_what_is_left),
+                                       cmocka_unit_test(prices_of_a_stage_go_together),
                                        cmocka_unit_test(periods),
                                        cmocka_unit_test(hostile_numbers)};
     return cmocka_run_group_tests(tests, NULL, NULL);
