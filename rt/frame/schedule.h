@@ -36,12 +36,12 @@ struct fv_schedule {
 /* How long a stage may take. Times are `clock`'s, costs in wall time of all workers together; 0 is a cost
  * that is not known. */
 struct fv_stage_limit {
-    int64_t deadline_ns; /* of the frame, when all that follows has to be done too; 0: none */
+    int64_t deadline_ns; /* when all stages have to be done; 0: none */
     int64_t begun_ns;    /* when the frame began */
     double expected_ns;  /* what it was expected to take up to the stage's beginning */
     double tile_ns;      /* a tile of this stage, where all are alike */
     double stand_in_ns;  /* a stand-in */
-    double follow_ns;    /* what must still follow; taken as dearer where the frame so far was */
+    double follow_ns;    /* stages that must still follow; taken as dearer where the frame so far was */
     int done; /* exactly so many tiles are worked at, of a pass that can be cut; -1: as many as there is time
                  for */
 };
