@@ -1,7 +1,7 @@
 /* paced: the real loop, pace, budget, schedule and control over made-up frames: passes whose tiles do nothing
  * but move a made-up clock on (tests/support/plant.h).
  *
- * paced [N]: N frames of each plant, 6000 by default; the label soak runs 1e6. */
+ * paced [N]: N frames of each plant, 4000 by default; the label soak runs 1e6. */
 #include "platform/arena.h"
 #include "rt/frame/loop.h"
 #include "rt/pass/reproject.h"
@@ -10,7 +10,7 @@
 
 #define COUNT(table) (sizeof table / sizeof table[0])
 enum { SIZE = 768, STAGES = 4, RECORDS = 8 };
-static int64_t frames_of_each = 6000;
+static int64_t frames_of_each = 4000;
 
 /* One worker does what two would do of the full picture, in proportion. */
 static const double scale = 2 * 1182 * 1464.0 / (SIZE * SIZE) / 2;
