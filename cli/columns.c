@@ -10,8 +10,14 @@ const struct fv_column fv_columns[FV_COLUMNS] = {
     [FV_COLUMN_T_NS] = {"t_ns", FV_COLUMN_INT64, AT(t_ns)},
     [FV_COLUMN_FRAME_MS] = {"frame_ms", FV_COLUMN_FLOAT, AT(frame_ms)},
     [FV_COLUMN_CPU_MS] = {"cpu_ms", FV_COLUMN_FLOAT, AT(cpu_ms)},
+    [FV_COLUMN_CONTROL_MS] = {"control_ms", FV_COLUMN_FLOAT, AT(control_ms)},
+    [FV_COLUMN_IDLE_MS] = {"idle_ms", FV_COLUMN_FLOAT, AT(idle_ms)},
+    [FV_COLUMN_PREDICTED_MS] = {"predicted_ms", FV_COLUMN_FLOAT, AT(predicted_ms)},
+    [FV_COLUMN_BUDGET_MS] = {"budget_ms", FV_COLUMN_FLOAT, AT(budget_ms)},
+    [FV_COLUMN_LATCH_MS] = {"latch_ms", FV_COLUMN_FLOAT, AT(latch_ms)},
     [FV_COLUMN_STAGE] = {"stage", FV_COLUMN_FLOAT, AT(stage_ms)},
     [FV_COLUMN_LEVEL] = {"level", FV_COLUMN_INT32, AT(level)},
+    [FV_COLUMN_PERIODS] = {"periods", FV_COLUMN_INT32, AT(periods)},
     [FV_COLUMN_R0] = {"r0_deg", FV_COLUMN_FLOAT, AT(r0_deg)},
     [FV_COLUMN_R1] = {"r1_deg", FV_COLUMN_FLOAT, AT(r1_deg)},
     [FV_COLUMN_P_MIN] = {"p_min", FV_COLUMN_FLOAT, AT(p_min)},
@@ -27,6 +33,8 @@ const struct fv_column fv_columns[FV_COLUMNS] = {
     [FV_COLUMN_GAZE_LATENCY] = {"gaze_latency_ms", FV_COLUMN_FLOAT, AT(gaze_latency_ms)},
     [FV_COLUMN_MISSED] = {"missed", FV_COLUMN_BOOL, AT(missed)},
     [FV_COLUMN_CUT] = {"cut", FV_COLUMN_BOOL, AT(cut)},
+    [FV_COLUMN_CUT_TILES] = {"cut_tiles", FV_COLUMN_INT32, AT(cut_tiles)},
+    [FV_COLUMN_LATE_STAGES] = {"late_stages", FV_COLUMN_UINT32, AT(late_stages)},
 };
 
 struct fv_column fv_column_stage(int stage)
@@ -52,17 +60,23 @@ const char *fv_stage_name(const struct fv_session *s, int stage)
     return s->stage[stage] ? s->stage[stage] : "";
 }
 
-double fv_column_value(const struct fv_session *s, const struct fv_column *column, int64_t record)
+double fv_record_value(const struct fv_frame_record *record, const struct fv_column *column)
 {
-    const char *at = (const char *)&s->record[record] + column->offset;
+    const char *at = (const char *)record + column->offset;
     switch (column->kind) {
     case FV_COLUMN_INT32: return *(const int32_t *)at;
+    case FV_COLUMN_UINT32: return *(const uint32_t *)at;
     case FV_COLUMN_INT64: return (double)*(const int64_t *)at;
     case FV_COLUMN_BOOL: return *(const bool *)at;
     case FV_COLUMN_FLOAT: break;
     }
     double value = *(const float *)at;
     return isfinite(value) ? value : (double)NAN;
+}
+
+double fv_column_value(const struct fv_session *s, const struct fv_column *column, int64_t record)
+{
+    return fv_record_value(&s->record[record], column);
 }
 
 /* Floats in order of size as unsigned integers, and back. */

@@ -14,8 +14,14 @@ enum fv_column_name {
     FV_COLUMN_T_NS,
     FV_COLUMN_FRAME_MS,
     FV_COLUMN_CPU_MS,
+    FV_COLUMN_CONTROL_MS,
+    FV_COLUMN_IDLE_MS,
+    FV_COLUMN_PREDICTED_MS,
+    FV_COLUMN_BUDGET_MS,
+    FV_COLUMN_LATCH_MS,
     FV_COLUMN_STAGE, /* the first stage; stands for all of them where columns are listed */
     FV_COLUMN_LEVEL,
+    FV_COLUMN_PERIODS,
     FV_COLUMN_R0,
     FV_COLUMN_R1,
     FV_COLUMN_P_MIN,
@@ -28,10 +34,12 @@ enum fv_column_name {
     FV_COLUMN_GAZE_LATENCY = FV_COLUMN_GAZE + 4,
     FV_COLUMN_MISSED,
     FV_COLUMN_CUT,
+    FV_COLUMN_CUT_TILES,
+    FV_COLUMN_LATE_STAGES,
     FV_COLUMNS
 };
 
-enum fv_column_kind { FV_COLUMN_FLOAT, FV_COLUMN_INT32, FV_COLUMN_INT64, FV_COLUMN_BOOL };
+enum fv_column_kind { FV_COLUMN_FLOAT, FV_COLUMN_INT32, FV_COLUMN_UINT32, FV_COLUMN_INT64, FV_COLUMN_BOOL };
 
 struct fv_column {
     const char *name; /* as in the header of frames.csv; units last */
@@ -49,7 +57,8 @@ int64_t fv_recorded(const struct fv_session *session);
 int fv_stages(const struct fv_session *session);
 const char *fv_stage_name(const struct fv_session *session, int stage);
 
-/* One value; NaN where it is not finite. */
+/* One value, of a record or of a session's record of that number; NaN where it is not finite. */
+double fv_record_value(const struct fv_frame_record *record, const struct fv_column *column);
 double fv_column_value(const struct fv_session *session, const struct fv_column *column, int64_t record);
 
 /* Percentile by nearest rank (the smallest value that at least `percent` of the values do not

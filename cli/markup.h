@@ -1,17 +1,8 @@
-/* markup: text and numbers as JSON and HTML want them, whatever bytes they hold. Nothing allocates. */
+/* markup: text as HTML wants it, whatever bytes it holds, and numbers for people. Nothing allocates. */
 #ifndef FV_CLI_MARKUP_H
 #define FV_CLI_MARKUP_H
 
 #include "platform/files.h"
-
-#include <stdint.h>
-
-/* A quoted string; bytes that are no UTF-8 become U+FFFD. NULL is the empty string. */
-void fv_json_text(struct fv_writer *out, const char *text);
-
-/* The shortest decimal that reads back as the same number (the same float, where it is one);
- * null where it is not finite. */
-void fv_json_number(struct fv_writer *out, double value);
 
 /* Text between tags or in a quoted attribute; control characters and what is no UTF-8 become U+FFFD. */
 void fv_html_text(struct fv_writer *out, const char *text);

@@ -11,7 +11,8 @@
  * slot i has colour and marker i modulo this. */
 enum { FV_PLOT_SLOTS = 8 };
 
-/* The plotted range: low < high, and on a logarithmic axis 0 < low. */
+/* The plotted range: low < high, and on a logarithmic axis 0 < low. A linear axis with low > high runs the
+ * other way: `low` is still at the left or the bottom. */
 struct fv_axis {
     double low, high;
     bool log;

@@ -8,7 +8,8 @@
 static void linear_ticks(const struct fv_axis *axis, int most, struct fv_ticks *ticks)
 {
     static const double factors[] = {1, 2, 5, 10};
-    double least = (axis->high - axis->low) / most, power = pow(10, floor(log10(least)));
+    double low = fmin(axis->low, axis->high), high = fmax(axis->low, axis->high);
+    double least = (high - low) / most, power = pow(10, floor(log10(least)));
     int k = 0;
     while (k < 3 && factors[k] * power < least * (1 - 1e-9)) k++;
     double step = factors[k] * power;
@@ -16,7 +17,7 @@ static void linear_ticks(const struct fv_axis *axis, int most, struct fv_ticks *
     ticks->decimals = (int)fmin(fmax(-floor(log10(step) + 1e-9), 0), 9);
     ticks->count = 0;
     /* Adding 0 turns -0 into 0. */
-    for (double i = ceil(axis->low / step - 1e-9) + 0.0; i * step <= axis->high + 1e-9 * step; i++)
+    for (double i = ceil(low / step - 1e-9) + 0.0; i * step <= high + 1e-9 * step; i++)
         if (ticks->count < FV_TICKS_MAX) ticks->value[ticks->count++] = i * step;
 }
 

@@ -1,5 +1,5 @@
-/* report: writes a session's report.json, report.html and frames.csv. Allocates nothing, so
- * that it may run after the heap is sealed. */
+/* report: writes a session's report.json and report.html; its frames.csv is written while it runs
+ * (frames_csv.h). Allocates nothing, so that it may run after the heap is sealed. */
 #ifndef FV_CLI_REPORT_H
 #define FV_CLI_REPORT_H
 
@@ -12,13 +12,11 @@
 int fv_report_json(const struct fv_session *session, const struct fv_config *config, const char *path,
                    struct fv_error *error);
 
-/* A page readable without network: frame times over time with the budget line, level, stage times,
- * what was kept and left out, memory, settings, and the last picture (NULL: none) of each eye. */
+/* A page readable without network: frame times over time with the budget line, and below them what was
+ * cut, level, radius and density; stages, spread and cost by eccentricity; what was kept and left out,
+ * memory, settings, and the last picture (NULL: none) of each eye. */
 int fv_report_html(const struct fv_session *session, const struct fv_config *config,
                    const struct fv_picture *picture, struct fv_png *png, const char *path,
                    struct fv_error *error);
-
-/* One row a frame. */
-int fv_report_csv(const struct fv_session *session, const char *path, struct fv_error *error);
 
 #endif

@@ -1,5 +1,6 @@
 /* report_html: report.html, the session as a page for people: the headline, the last picture, and
- * the order of the other sections (report_plots.c, report_tables.c). */
+ * the order of the other sections (report_time.c, report_histogram.c,
+ * report_rings.c, report_tables.c). */
 #include "cli/columns.h"
 #include "cli/markup.h"
 #include "cli/page.h"
@@ -71,7 +72,10 @@ static void write_facts(struct fv_report_page *page, double p50, double p99)
     fv_fact(page->out, "Frame time, p99", fv_shown_fixed(p99, 2), " ms", more);
     snprintf(more, sizeof more, "%lld cut short at the deadline", (long long)s->cut_frames);
     fv_fact(page->out, "Frames", fv_shown_fixed((double)s->frames, 0), "", more);
-    snprintf(more, sizeof more, "%lld of %lld", (long long)s->missed, (long long)s->frames);
+    int used = snprintf(more, sizeof more, "%lld of %lld", (long long)s->missed, (long long)s->frames);
+    if (s->skipped)
+        snprintf(more + used, sizeof more - (size_t)used, "; %lld period%s without a new frame",
+                 (long long)s->skipped, s->skipped == 1 ? "" : "s");
     fv_fact(page->out, "Missed",
             fv_shown_percent(s->frames > 0 ? (double)s->missed / (double)s->frames : (double)NAN), "", more);
     fv_fact(page->out, "Pixels sampled",
@@ -139,9 +143,10 @@ static void write_footer(struct fv_report_page *page)
 }
 
 static void (*const sections[])(struct fv_report_page *page) = {
-    write_headline,      write_picture, fv_report_time,     open_pair,    fv_report_stages,
-    fv_report_histogram, close_pair,    fv_report_plan,     open_pair,    fv_report_memory,
-    fv_report_sealed,    close_pair,    fv_report_settings, write_footer,
+    write_headline,      write_picture,          fv_report_time, fv_report_stages, open_pair,
+    fv_report_histogram, fv_report_eccentricity, close_pair,     fv_report_cuts,   fv_report_plan,
+    open_pair,           fv_report_memory,       fv_report_sealed, close_pair,     fv_report_settings,
+    write_footer,
 };
 
 /* Where plots of the frame time end: a few wild frames must not flatten all others. */

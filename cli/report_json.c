@@ -2,8 +2,9 @@
 #include "cli/report.h"
 
 #include "cli/columns.h"
-#include "cli/markup.h"
+#include "cli/profile.h"
 #include "platform/arena.h"
+#include "platform/json.h"
 
 #include <math.h>
 #include <string.h>
@@ -71,28 +72,54 @@ static void write_config(const struct fv_config *config)
     fv_writer_print(&out, "}");
 }
 
-static void write_percentiles(const struct fv_session *s)
+static void close_object(void)
+{
+    fv_writer_bytes(&out, "}", 1);
+}
+
+static void write_percentiles(const struct fv_session *s, const char *name, const struct fv_column *column,
+                              unsigned percents)
 {
     static const struct {
         const char *name;
         double percent;
     } rows[] = {{"p50", 50}, {"p95", 95}, {"p99", 99}, {"max", 100}};
-    int64_t n = fv_recorded(s);
-    key(",\n", "frame_ms");
-    for (int i = 0; i < 4; i++)
-        number(i ? "," : "{", rows[i].name,
-               fv_column_percentile(s, &fv_columns[FV_COLUMN_FRAME_MS], 0, n, rows[i].percent));
-    fv_writer_print(&out, "}");
+    const char *separator = "{";
+    key(",\n", name);
+    for (int i = 0; i < 4; i++) {
+        if (!(percents >> i & 1)) continue;
+        number(separator, rows[i].name, fv_column_percentile(s, column, 0, fv_recorded(s), rows[i].percent));
+        separator = ",";
+    }
+    close_object();
+}
+
+static void write_stages(const struct fv_session *s)
+{
+    struct fv_stage_row rows[FV_STAGE_ROWS_MAX];
+    fv_stage_rows(s, rows);
     key(",\n", "stage_ms");
     fv_writer_print(&out, "{");
-    for (int stage = 0; stage < fv_stages(s); stage++) {
-        struct fv_column column = fv_column_stage(stage);
-        key(stage ? ",\n " : "\n ", fv_stage_name(s, stage));
-        number("{", "p50", fv_column_percentile(s, &column, 0, n, 50));
-        number(",", "p99", fv_column_percentile(s, &column, 0, n, 99));
-        fv_writer_print(&out, "}");
+    for (int i = 0; i < fv_stages(s); i++) {
+        key(i ? ",\n " : "\n ", rows[i].name);
+        number("{", "p50", rows[i].p50_ms);
+        number(",", "p99", rows[i].p99_ms);
+        number(",", "max", rows[i].max_ms);
+        number(",", "rate_hz", rows[i].rate_hz);
+        number(",", "share", rows[i].share);
+        integer(",", "late", rows[i].late);
+        close_object();
     }
-    fv_writer_print(&out, "}");
+    close_object();
+}
+
+static void write_times(const struct fv_session *s)
+{
+    enum { P50 = 1, P95 = 2, P99 = 4, MAX = 8 };
+    write_percentiles(s, "frame_ms", &fv_columns[FV_COLUMN_FRAME_MS], P50 | P95 | P99 | MAX);
+    write_stages(s);
+    write_percentiles(s, "control_ms", &fv_columns[FV_COLUMN_CONTROL_MS], P50 | P99 | MAX);
+    number(",\n", "idle", fv_idle_share(s));
 }
 
 static void write_means(const struct fv_session *s)
@@ -104,20 +131,44 @@ static void write_means(const struct fv_session *s)
                 {"shadow", FV_COLUMN_SHADOW},
                 {"secondary", FV_COLUMN_SECONDARY},
                 {"march_steps", FV_COLUMN_MARCH_STEPS}},
-      ranges[] = {{"level", FV_COLUMN_LEVEL}, {"r0_deg", FV_COLUMN_R0}, {"p_min", FV_COLUMN_P_MIN}};
+      ranges[] = {{"level", FV_COLUMN_LEVEL},
+                  {"r0_deg", FV_COLUMN_R0},
+                  {"p_min", FV_COLUMN_P_MIN},
+                  {"periods", FV_COLUMN_PERIODS},
+                  {"cut_tiles", FV_COLUMN_CUT_TILES}};
     key(",\n", "rays_per_frame");
     for (int i = 0; i < 4; i++)
         number(i ? "," : "{", rays[i].name, fv_column_summary(s, &fv_columns[rays[i].column]).mean);
-    fv_writer_print(&out, "}");
+    close_object();
     number(",\n", "sampled_fraction", fv_column_summary(s, &fv_columns[FV_COLUMN_SAMPLED]).mean);
-    for (int i = 0; i < 3; i++) {
+    for (size_t i = 0; i < sizeof ranges / sizeof ranges[0]; i++) {
         struct fv_summary summary = fv_column_summary(s, &fv_columns[ranges[i].column]);
         key(",\n", ranges[i].name);
         number("{", "min", summary.min);
         number(",", "mean", summary.mean);
         number(",", "max", summary.max);
-        fv_writer_print(&out, "}");
+        close_object();
     }
+}
+
+/* The rings up to the last one that anything was done in; `to_deg` of the last ring of all is null. */
+static void write_rings(const struct fv_session *s)
+{
+    key(",\n", "eccentricity");
+    fv_writer_print(&out, "[");
+    for (int i = 0; i < fv_rings(s); i++) {
+        const struct fv_ring *ring = &s->ring[i];
+        fv_writer_print(&out, i ? ",\n " : "\n ");
+        number("{", "from_deg", i * FV_RING_DEG);
+        number(",", "to_deg", i + 1 < FV_RINGS ? (i + 1) * FV_RING_DEG : (double)NAN);
+        number(",", "us_per_unit", fv_ring_ns_per_unit(ring) * 1e-3);
+        number(",", "cpu_ms", ring->cpu_ns * 1e-6);
+        integer(",", "units", ring->units);
+        integer(",", "tiles", ring->tiles);
+        integer(",", "cut", ring->cut);
+        close_object();
+    }
+    fv_writer_print(&out, "]");
 }
 
 static void write_memory(const struct fv_session *s)
@@ -177,10 +228,13 @@ int fv_report_json(const struct fv_session *s, const struct fv_config *config, c
     integer(",\n", "recorded", fv_recorded(s));
     integer(",\n", "missed", s->missed);
     integer(",\n", "cut_frames", s->cut_frames);
+    integer(",\n", "skipped", s->skipped);
+    integer(",\n", "levels", s->levels);
     number(",\n", "period_ms", s->period_ms);
     integer(",\n", "pixels", s->pixels);
-    write_percentiles(s);
+    write_times(s);
     write_means(s);
+    write_rings(s);
     key(",\n", "gaze");
     integer("{", "samples", s->gaze_samples);
     integer(",", "lost", s->gaze_lost);

@@ -16,9 +16,15 @@ struct fv_report_page {
     struct fv_error *error;
 };
 
-/* report_plots.c */
+/* report_time.c */
 void fv_report_time(struct fv_report_page *page);
+
+/* report_histogram.c */
 void fv_report_histogram(struct fv_report_page *page);
+
+/* report_rings.c; nothing where nothing was measured or cut */
+void fv_report_eccentricity(struct fv_report_page *page);
+void fv_report_cuts(struct fv_report_page *page);
 
 /* report_tables.c */
 void fv_report_stages(struct fv_report_page *page);

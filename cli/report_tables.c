@@ -1,7 +1,7 @@
 /* report_tables: the parts of report.html that are tables. */
-#include "cli/columns.h"
 #include "cli/markup.h"
 #include "cli/page.h"
+#include "cli/profile.h"
 #include "cli/report_sections.h"
 #include "platform/arena.h"
 
@@ -10,36 +10,36 @@
 
 void fv_report_stages(struct fv_report_page *page)
 {
-    const struct fv_session *s = page->session;
-    int64_t n = fv_recorded(s);
-    double frame = fv_column_summary(s, &fv_columns[FV_COLUMN_FRAME_MS]).mean, sum = 0;
+    static const char head[] =
+        "<th scope=\"col\">stage</th><th scope=\"col\" class=\"n\">rate</th>"
+        "<th scope=\"col\" class=\"n\">p50</th><th scope=\"col\" class=\"n\">p99</th>"
+        "<th scope=\"col\" class=\"n\">max</th><th scope=\"col\" class=\"n\">late</th>"
+        "<th scope=\"col\" class=\"n\">share</th><td class=\"bar\"></td>";
+    struct fv_stage_row rows[FV_STAGE_ROWS_MAX];
+    int count = fv_stage_rows(page->session, rows);
     fv_section_open(page->out, "Stages",
-                    "Wall time of each stage in ms; its share is of the mean frame time.");
-    fv_table_open(page->out, "stages",
-                  "<th scope=\"col\">stage</th><th scope=\"col\" class=\"n\">p50</th><th scope=\"col\" "
-                  "class=\"n\">p99</th>"
-                  "<th scope=\"col\" class=\"n\">share</th><td class=\"bar\"></td>");
-    for (int i = 0; i < fv_stages(s); i++) {
-        struct fv_column column = fv_column_stage(i);
-        double mean = fv_column_summary(s, &column).mean;
-        double share = frame > 0 ? mean / frame : (double)NAN;
-        if (!isnan(mean)) sum += mean;
-        fv_writer_print(page->out, "<tr>");
-        fv_name_cell(page->out, fv_stage_name(s, i));
-        fv_number_cell(page->out, fv_shown_fixed(fv_column_percentile(s, &column, 0, n, 50), 2));
-        fv_number_cell(page->out, fv_shown_fixed(fv_column_percentile(s, &column, 0, n, 99), 2));
-        fv_number_cell(page->out, fv_shown_percent(share));
-        fv_bar_cell(page->out, share);
-        fv_writer_print(page->out, "</tr>\n");
-    }
-    double rest = frame > sum ? (frame - sum) / frame : 0;
-    if (rest >= 0.001) {
-        fv_writer_print(page->out, "<tr class=\"out\"><th scope=\"row\">in no stage</th><td></td><td></td>");
-        fv_number_cell(page->out, fv_shown_percent(rest));
-        fv_bar_cell(page->out, rest);
+                    "Wall time of each stage in ms, how often a second it ran, in how many frames it ended after "
+                    "the deadline, and its share of the mean frame time.");
+    fv_table_open(page->out, "stages", head);
+    for (int i = 0; i < count; i++) {
+        const struct fv_stage_row *r = &rows[i];
+        fv_writer_print(page->out, "<tr class=\"%s\">", r->late < 0 ? "out" : r->late > 0 ? "bad" : "");
+        fv_name_cell(page->out, r->name);
+        fv_number_cell(page->out, fv_shown_fixed(r->rate_hz, 1));
+        fv_number_cell(page->out, fv_shown_fixed(r->p50_ms, 2));
+        fv_number_cell(page->out, fv_shown_fixed(r->p99_ms, 2));
+        fv_number_cell(page->out, fv_shown_fixed(r->max_ms, 2));
+        fv_writer_print(page->out, "<td class=\"n\"><%s>%s</%s></td>", r->late > 0 ? "b" : "span",
+                        fv_shown_fixed(r->late < 0 ? (double)NAN : (double)r->late, 0).text,
+                        r->late > 0 ? "b" : "span");
+        fv_number_cell(page->out, fv_shown_percent(r->share));
+        fv_bar_cell(page->out, r->share);
         fv_writer_print(page->out, "</tr>\n");
     }
     fv_table_close(page->out);
+    if (fv_idle_share(page->session) > 0)
+        fv_writer_print(page->out, "<p class=\"note\">idle: workers waiting for each other, a worker's mean. The "
+                                   "stages' times hold it, too.</p>\n");
     fv_section_close(page->out);
 }
 

@@ -2,6 +2,8 @@
 #include "cli/cli.h"
 #include "cli/columns.h"
 #include "cli/decisions.h"
+#include "cli/frames_csv.h"
+#include "cli/progress.h"
 #include "cli/record.h"
 #include "cli/report.h"
 
@@ -81,14 +83,13 @@ static bool after(void *context, const struct fv_session *s, const struct fv_fra
     struct run *r = context;
     int64_t now_ns = fv_clock_now_ns(&fv_clock_monotonic);
     fv_record_decision(&record->decision);
-    if (s->frames <= s->capacity) s->record[s->frames - 1].gaze_latency_ms = r->gaze_latency_ms;
-    if (now_ns - r->shown_ns > 100000000 && fv_log_is_terminal()) {
-        char of[32] = "";
+    struct fv_frame_record whole = *record;
+    whole.gaze_latency_ms = r->gaze_latency_ms;
+    if (s->frames <= s->capacity) s->record[s->frames - 1] = whole;
+    fv_frames_csv_row(s, &whole);
+    if (now_ns - r->shown_ns > 100000000) {
         r->shown_ns = now_ns;
-        if (r->frames > 0) snprintf(of, sizeof of, " of %lld", (long long)r->frames);
-        fv_log_progress("frame %lld%s  %.1f ms (%.1f allowed)  %.1f %% sampled  missed %lld", (long long)s->frames, of,
-                        (double)record->frame_ms, s->period_ms, 100.0 * (double)record->sampled_fraction,
-                        (long long)s->missed);
+        fv_progress_line(s, &whole, r->frames);
     }
     return !stopped;
 }
@@ -118,6 +119,9 @@ static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error 
     if (strcmp(c->output_tape, "on") == 0 &&
         fv_record_open(c, r->setup.session.stage, r->setup.plan.passes, a->out, error))
         return -1;
+    char path[FV_PATH_MAX + 16];
+    snprintf(path, sizeof path, "%s/frames.csv", a->out);
+    if (fv_frames_csv_open(&r->setup.session, path, error)) return -1;
     fv_setup_realtime(&r->setup, true);
     return 0;
 }
@@ -148,6 +152,17 @@ static void note(struct run *r, int failed, const struct fv_error *error)
     r->exit_code = FV_EXIT_NOT_HELD;
 }
 
+/* Curves beside the spans of trace.json. */
+static bool read_counters(const void *context, int64_t frame, double value[FV_COUNTERS_MAX])
+{
+    const struct fv_session *s = context;
+    if (frame < 0 || frame >= fv_recorded(s) || s->record[frame].frame != frame) return false;
+    value[0] = s->record[frame].level;
+    value[1] = 100.0 * (double)s->record[frame].sampled_fraction;
+    value[2] = s->record[frame].cut_tiles;
+    return true;
+}
+
 static void write_reports(struct run *r, const char *out)
 {
     const struct fv_session *s = &r->setup.session;
@@ -158,22 +173,12 @@ static void write_reports(struct run *r, const char *out)
     note(r, fv_record_close(s->frames, out, &error), &error);
     snprintf(path, sizeof path, "%s/report.json", out);
     note(r, fv_report_json(s, c, path, &error), &error);
-    snprintf(path, sizeof path, "%s/frames.csv", out);
-    note(r, fv_report_csv(s, path, &error), &error);
+    note(r, fv_frames_csv_close(&error), &error);
     snprintf(path, sizeof path, "%s/report.html", out);
     note(r, fv_report_html(s, c, r->pictured ? &r->picture : NULL, r->setup.png, path, &error), &error);
     snprintf(path, sizeof path, "%s/trace.json", out);
-    note(r, fv_trace_write(r->setup.loop.trace, path, &error), &error);
-}
-
-/* The closing lines: what was done and where to look. */
-static void summarise(const struct run *r, const char *out)
-{
-    const struct fv_session *s = &r->setup.session;
-    fv_log("%lld frames of %s with %s: p50 %.1f ms, p99 %.1f ms, %.1f ms allowed, %lld missed; report in %s/report.html",
-           (long long)s->frames, s->scene, s->method, percentile(s, FV_COLUMN_FRAME_MS, 50),
-           percentile(s, FV_COLUMN_FRAME_MS, 99), s->period_ms, (long long)s->missed, out);
-    if (s->frames > s->capacity) fv_log("frame times, frames.csv and the plots are of the first %lld frames", (long long)s->capacity);
+    const struct fv_counters counters = {3, {"level", "sampled %", "cut tiles"}, read_counters, s};
+    note(r, fv_trace_write(r->setup.loop.trace, &counters, path, &error), &error);
 }
 
 int fv_verb_run(const struct fv_arguments *a)
@@ -193,6 +198,6 @@ int fv_verb_run(const struct fv_arguments *a)
     fv_loop_run(&r.setup.loop, &io, r.frames);
     fill_session(&r);
     write_reports(&r, a->out);
-    summarise(&r, a->out);
+    fv_progress_close(&r.setup.session, &r.setup.config, r.setup.plan.method->levels > 1, a->out);
     return r.exit_code;
 }

@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 static bool progress_shown;
@@ -41,14 +42,32 @@ bool fv_log_is_terminal(void)
     return terminal != 0;
 }
 
+void fv_log_line(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    write_line(progress_shown ? "\r\033[K" : "", format, arguments, "\n");
+    progress_shown = false;
+    va_end(arguments);
+}
+
 void fv_log_progress(const char *format, ...)
 {
     if (!fv_log_is_terminal()) return;
+    static const char clear[] = "\033[K";
+    char line[256] = "\r";
+    struct winsize size;
+    size_t room = sizeof line - sizeof clear;
+    /* A line that wraps could not be rewritten. */
+    if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 && size.ws_col < room) room = size.ws_col;
     va_list arguments;
     va_start(arguments, format);
-    write_line("\r", format, arguments, "\033[K");
-    progress_shown = true;
+    vsnprintf(line + 1, room, format, arguments);
     va_end(arguments);
+    strcat(line, clear);
+    ssize_t written = write(STDERR_FILENO, line, strlen(line));
+    (void)written;
+    progress_shown = true;
 }
 
 void fv_die(int code, const char *format, ...)

@@ -10,7 +10,10 @@
 /* Prints "foveola: message". */
 void fv_log(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
-/* Rewrites the progress line; does nothing unless standard error is a terminal. */
+/* Prints a line without the program's name: a row of a table. */
+void fv_log_line(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* Rewrites the progress line, cut to the terminal's width; does nothing unless standard error is a terminal. */
 void fv_log_progress(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 /* True when standard error is a terminal, so that progress is seen. */
