@@ -78,7 +78,7 @@ static const char fv_page_style[] =
     ".reach td{white-space:normal}.reach b,.reach span{white-space:nowrap}.group th{padding-top:14px;font-weight:700}"
     ".terms{display:grid;grid-template-columns:max-content 1fr;gap:6px 20px;margin:10px 0 0}"
     ".terms dt{font-weight:600}.terms dd{margin:0;max-width:75ch}"
-    ".scroll{overflow-x:auto;position:relative}"
+    ".scroll{overflow-x:auto;position:relative}.scroll+.note{margin-top:10px}"
     "table{border-collapse:collapse;width:100%;font-size:14px;margin-top:8px}"
     "th,td{text-align:left;padding:5px 10px 5px 0;border-top:1px solid var(--rule);vertical-align:baseline}"
     "thead th,thead td{border-top:0;color:var(--soft);font-weight:500;font-size:13px}"

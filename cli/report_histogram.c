@@ -41,24 +41,22 @@ static void fill_histogram(struct histogram *h, const struct fv_report_page *pag
 
 static void write_percentiles(struct fv_report_page *page)
 {
-    static const double percent[] = {50, 90, 95, 99, 99.9, 100};
-    enum { PERCENTS = sizeof percent / sizeof percent[0] };
+    static const struct {
+        const char *name;
+        double percent;
+    } rows[] = {{"p50", 50}, {"p90", 90}, {"p95", 95}, {"p99", 99}, {"p99.9", 99.9}, {"max", 100}};
     const struct fv_column *column = &fv_columns[FV_COLUMN_FRAME_MS];
-    double ms[PERCENTS];
-    for (int i = 0; i < PERCENTS; i++)
-        ms[i] = fv_column_percentile(page->session, column, 0, fv_recorded(page->session), percent[i]);
     fv_table_open(page->out, "percentiles",
-                  "<th scope=\"col\">percentile</th><th scope=\"col\" class=\"n\">p50</th><th scope=\"col\" "
-                  "class=\"n\">p90</th><th scope=\"col\" class=\"n\">p95</th><th scope=\"col\" "
-                  "class=\"n\">p99</th><th scope=\"col\" class=\"n\">p99.9</th><th scope=\"col\" "
-                  "class=\"n\">max</th>");
-    fv_writer_print(page->out, "<tr>");
-    fv_name_cell(page->out, "ms");
-    for (int i = 0; i < PERCENTS; i++) fv_number_cell(page->out, fv_shown_fixed(ms[i], 2));
-    fv_writer_print(page->out, "</tr>\n<tr>");
-    fv_name_cell(page->out, "of a period");
-    for (int i = 0; i < PERCENTS; i++) fv_number_cell(page->out, fv_shown_percent(ms[i] / page->period_ms));
-    fv_writer_print(page->out, "</tr>\n");
+                  "<th scope=\"col\">percentile</th><th scope=\"col\" class=\"n\">ms</th>"
+                  "<th scope=\"col\" class=\"n\">of a period</th>");
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        double ms = fv_column_percentile(page->session, column, 0, fv_recorded(page->session), rows[i].percent);
+        fv_writer_print(page->out, "<tr>");
+        fv_name_cell(page->out, rows[i].name);
+        fv_number_cell(page->out, fv_shown_fixed(ms, 2));
+        fv_number_cell(page->out, fv_shown_percent(ms / page->period_ms));
+        fv_writer_print(page->out, "</tr>\n");
+    }
     fv_table_close(page->out);
 }
 

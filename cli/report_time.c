@@ -77,18 +77,18 @@ static void draw_bars(struct fv_plot *plot, double scale)
 /* What is shown below the frame time. */
 struct panel {
     enum fv_column_name column;
-    const char *caption, *name;
+    const char *caption, *name, *unit;
     double scale;
     int decimals, height_px;
     void (*draw)(struct fv_plot *plot, double scale);
 };
 static const struct panel panels[] = {
-    {FV_COLUMN_CUT_TILES, "Tiles cut at the deadline", "Cut tiles", 1, 0, 56, draw_bars},
-    {FV_COLUMN_LEVEL, "Quality level: sharper is up", "Quality level", 1, 0, 110, draw_steps},
-    {FV_COLUMN_PERIODS, "Display periods a frame", "Display periods a frame", 1, 0, 56, draw_steps},
-    {FV_COLUMN_R0, "Foveal radius r0 (degrees)", "r0", 1, 1, 72, draw_steps},
-    {FV_COLUMN_P_MIN, "Peripheral sampling probability p_min", "p_min", 1, 3, 72, draw_steps},
-    {FV_COLUMN_SAMPLED, "Pixels sampled (%)", "Pixels sampled (%)", 100, 1, 72, draw_line},
+    {FV_COLUMN_CUT_TILES, "Tiles cut at the deadline", "cut tiles", "", 1, 0, 56, draw_bars},
+    {FV_COLUMN_LEVEL, "Quality level: sharper is up", "quality level", "", 1, 0, 124, draw_steps},
+    {FV_COLUMN_PERIODS, "Display periods a frame", "display periods a frame", "", 1, 0, 56, draw_steps},
+    {FV_COLUMN_R0, "Foveal radius r0 (degrees)", "r0", "°", 1, 1, 72, draw_steps},
+    {FV_COLUMN_P_MIN, "Peripheral sampling probability p_min", "p_min", "", 1, 3, 72, draw_steps},
+    {FV_COLUMN_SAMPLED, "Pixels sampled (%)", "pixels sampled", " %", 100, 1, 72, draw_line},
 };
 enum { PANELS = sizeof panels / sizeof panels[0] };
 
@@ -106,9 +106,9 @@ static void draw_panel(struct fv_report_page *page, const struct panel *p, doubl
     const struct fv_session *s = page->session;
     char label[160];
     struct fv_summary range = fv_column_summary(s, &fv_columns[p->column]);
-    snprintf(label, sizeof label, "%s over time, from %s to %s", p->name,
+    snprintf(label, sizeof label, "Over time: %s, from %s to %s%s", p->name,
              fv_shown_fixed(range.min * p->scale, p->decimals).text,
-             fv_shown_fixed(range.max * p->scale, p->decimals).text);
+             fv_shown_fixed(range.max * p->scale, p->decimals).text, p->unit);
     struct fv_plot plot = {.out = page->out, .x = {0, t_high, false}, .y = axis_of(p, s, range)};
     fv_plot_open(&plot, &(struct fv_plot_text){.caption = p->caption,
                                                .label = label,
@@ -207,7 +207,7 @@ static void write_constants(struct fv_report_page *page, const bool *shown)
         double value = fv_column_summary(page->session, &fv_columns[p->column]).min * p->scale;
         bool none = p->column == FV_COLUMN_CUT_TILES || p->column == FV_COLUMN_PERIODS;
         if (shown[i] || none || isnan(value)) continue;
-        fv_writer_print(page->out, "%s%s %s", before, p->name, fv_shown_fixed(value, p->decimals).text);
+        fv_writer_print(page->out, "%s%s %s%s", before, p->name, fv_shown_fixed(value, p->decimals).text, p->unit);
         before = ", ";
     }
     if (before[0] == ',') fv_writer_print(page->out, ".</p>\n");

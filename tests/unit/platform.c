@@ -4,7 +4,6 @@
 #include "platform/heap.h"
 #include "platform/pose.h"
 #include "platform/threads.h"
-#include "platform/trace.h"
 #include "tests/support/program.h"
 
 #include <math.h>
@@ -171,30 +170,12 @@ static void rotations(void **state)
     for (int k = 0; k < 4; k++) assert_true(fabs(fabs(same[k]) - fabs(a[k])) < 1e-12);
 }
 
-static void trace_keeps_the_newest(void **state)
-{
-    (void)state;
-    struct fv_error error;
-    char path[256], *bytes;
-    size_t size;
-    struct fv_trace *t = fv_trace_create(2);
-    for (int i = 0; i < FV_TRACE_SPANS + 10; i++) fv_trace_add(t, 1, "pass", i, i * 1000, i * 1000 + 500);
-    snprintf(path, sizeof path, "%s/trace.json", program_folder());
-    assert_int_equal(fv_trace_write(t, path, &error), 0);
-    assert_int_equal(fv_file_read(path, 1 << 24, &bytes, &size, &error), 0);
-    assert_null(strstr(bytes, "\"frame\":9}"));
-    assert_non_null(strstr(bytes, "\"frame\":10}"));
-    assert_null(strstr(bytes, ",\n\n]"));
-    free(bytes);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(arena_books_by_name),   cmocka_unit_test(heap_keeps_blocks_apart),
         cmocka_unit_test(files_are_whole_or_absent), cmocka_unit_test(full_disk_is_an_error_not_a_file),
         cmocka_unit_test(every_tile_once),       cmocka_unit_test(rotations),
-        cmocka_unit_test(trace_keeps_the_newest),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }

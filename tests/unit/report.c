@@ -1,10 +1,11 @@
-/* report: the three files of made-up sessions: every key, every row, whole pages, nothing allocated.
+/* report: report.json and report.html of made-up sessions: every key, whole pages, nothing allocated.
  * With a folder as its argument it leaves the files of a sample session there, to be looked at. */
 #include "cli/columns.h"
 #include "cli/markup.h"
 #include "cli/report.h"
 #include "platform/arena.h"
 #include "platform/heap.h"
+#include "platform/json.h"
 #include "tests/support/markup_check.h"
 
 #include <jansson.h>
@@ -315,35 +316,6 @@ static void numbers_read_back_the_same(void **unused)
     assert_string_equal(fv_shown_fixed(NAN, 2).text, "\xE2\x80\x93");
 }
 
-static void csv_has_a_row_a_frame(void **unused)
-{
-    (void)unused;
-    static const char header[] =
-        "frame,t_ns,frame_ms,cpu_ms,stage_latch_ms,stage_a_b__c_ms,stage_reproject_ms,stage_shade_ms,"
-        "stage_present_ms,level,r0_deg,r1_deg,p_min,rays_primary,rays_shadow,rays_secondary,rays_march_steps,"
-        "sampled_fraction,gaze_left_x_px,gaze_left_y_px,gaze_right_x_px,gaze_right_y_px,gaze_latency_ms,missed,cut\n";
-    make_session(500, RECORDS);
-    session.stage[1] = "a,b\"\nc";
-    records[0] = (struct fv_frame_record){.frame = 41,
-                                          .t_ns = 9007199254740993,
-                                          .frame_ms = NAN,
-                                          .cpu_ms = 1.5f,
-                                          .stage_ms = {0.1f, INFINITY},
-                                          .level = -2,
-                                          .p_min = 0.05f,
-                                          .rays = {INT64_MAX, 1, 2, 3},
-                                          .missed = true};
-    assert_int_equal(fv_report_csv(&session, path_of("frames.csv"), &error), 0);
-    char *text = text_of("frames.csv");
-    assert_memory_equal(text, header, sizeof header - 1);
-    assert_int_equal(markup_count(text, "\n"), 501);
-    assert_int_equal(markup_count(text, ","), 501 * 24);
-    const char *first =
-        "\n41,9007199254740993,,1.5,0.1,,0,0,0,-2,0,0,0.05,9223372036854775807,1,2,3,0,0,0,0,0,0,1,0\n";
-    assert_memory_equal(text + sizeof header - 2, first, strlen(first));
-    free(text);
-}
-
 static char *write_html(struct fv_png *png)
 {
     assert_int_equal(
@@ -441,11 +413,6 @@ static void every_session_has_a_report(void **unused)
         if (rows[i].capacity == 0) session.record = NULL;
         json_decref(write_json());
         free(write_html(NULL));
-        assert_int_equal(fv_report_csv(&session, path_of("frames.csv"), &error), 0);
-        char *csv = text_of("frames.csv");
-        int expected = rows[i].frames < rows[i].capacity ? rows[i].frames : rows[i].capacity;
-        assert_int_equal(markup_count(csv, "\n"), expected + 1);
-        free(csv);
     }
 }
 
@@ -494,12 +461,11 @@ static void full_disk_is_an_error(void **unused)
         return;
     }
     make_session(500, RECORDS);
-    for (int kind = 0; kind < 3; kind++) {
+    for (int kind = 0; kind < 2; kind++) {
         assert_int_equal(symlink("/dev/full", path_of("full.part")), 0);
         int result =
-            kind == 0   ? fv_report_json(&session, &config, path_of("full"), &error)
-            : kind == 1 ? fv_report_csv(&session, path_of("full"), &error)
-                        : fv_report_html(&session, &config, &picture, png_of_test(), path_of("full"), &error);
+            kind == 0 ? fv_report_json(&session, &config, path_of("full"), &error)
+                      : fv_report_html(&session, &config, &picture, png_of_test(), path_of("full"), &error);
         assert_int_equal(result, -1);
         assert_non_null(strstr(error.text, "No space left"));
         assert_false(fv_file_exists(path_of("full")));
@@ -524,7 +490,6 @@ static void writing_allocates_nothing(void **unused)
     before += 2;
 #endif
     assert_int_equal(fv_report_json(&session, &config, path_of("report.json"), &error), 0);
-    assert_int_equal(fv_report_csv(&session, path_of("frames.csv"), &error), 0);
     assert_int_equal(fv_report_html(&session, &config, &picture, png, path_of("report.html"), &error), 0);
     assert_int_equal(fv_heap_calls() + fv_heap_system_calls(), before);
 }
@@ -548,7 +513,6 @@ int main(int argc, char **argv)
         cmocka_unit_test(percentiles_are_nearest_rank),
         cmocka_unit_test(hostile_names_and_values_stay_json),
         cmocka_unit_test(numbers_read_back_the_same),
-        cmocka_unit_test(csv_has_a_row_a_frame),
         cmocka_unit_test(page_holds_its_sections),
         cmocka_unit_test(every_session_has_a_report),
         cmocka_unit_test(hostile_names_stay_text_in_the_page),
@@ -564,7 +528,6 @@ int main(int argc, char **argv)
         snprintf(folder, sizeof folder, "%s", argv[1]);
         make_session(argc > 2 ? atoi(argv[2]) : 500, RECORDS);
         return fv_report_json(&session, &config, path_of("report.json"), &error) ||
-               fv_report_csv(&session, path_of("frames.csv"), &error) ||
                fv_report_html(&session, &config, &picture, png_of_test(), path_of("report.html"), &error);
     }
     snprintf(folder, sizeof folder, "/tmp/foveola-report-XXXXXX");
