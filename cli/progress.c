@@ -48,16 +48,19 @@ static void print_stages(const struct fv_session *s)
     }
 }
 
-/* Where frames were late and nothing was done about it: which setting would help. */
+/* Where frames were late: which setting would help. */
 static void print_hint(const struct fv_session *s, const struct fv_config *c, bool adapts, double p99_ms)
 {
-    char slower[80] = "";
+    char rate[80] = "";
     double hz = floor(1000 / p99_ms);
+    if (s->missed == 0) return;
     if (hz >= 1 && hz < c->budget_hz)
-        snprintf(slower, sizeof slower, "; as it is, 99 %% of the frames would hold budget.hz=%.0f", hz);
-    if (s->missed == 0 || strcmp(c->budget_adapt, "off") != 0) return;
-    if (adapts) fv_log("late frames: --set budget.adapt=on fits radius and density to the budget%s", slower);
-    else fv_log("late frames: --set method.name=reproject --set budget.adapt=on fits the work to the budget%s", slower);
+        snprintf(rate, sizeof rate, "; as it is, 99 %% of the frames would hold budget.hz=%.0f", hz);
+    bool adapted = strcmp(c->budget_adapt, "on") == 0;
+    if (!adapts)
+        fv_log("late frames: --set method.name=reproject --set budget.adapt=on fits the work to the budget%s", rate);
+    else if (!adapted) fv_log("late frames: --set budget.adapt=on fits radius and density to the budget%s", rate);
+    else if (2 * s->missed > s->frames) fv_log("late frames: the smallest level is too dear, too%s", rate);
 }
 
 void fv_progress_close(const struct fv_session *s, const struct fv_config *config, bool adapts, const char *out)

@@ -63,7 +63,7 @@ void fv_report_eccentricity(struct fv_report_page *page)
     if (!(cpu_ns > 0)) return;
     fv_section_open(page->out, "Cost against eccentricity",
                     "Stages that trace samples, by the angle of their tiles from the gaze; all frames together.");
-    draw_rings(page, "CPU time of a unit of work (ns)", ns_per_unit, "bars");
+    draw_rings(page, "CPU time of a sample, with all its rays (ns)", ns_per_unit, "bars");
     draw_rings(page, "Share of the CPU time (%)", cost_percent, "bars");
     fv_section_close(page->out);
 }
@@ -100,14 +100,14 @@ void fv_report_cuts(struct fv_report_page *page)
                      (long long)s->cut_frames, (long long)s->frames,
                      fv_shown_percent((double)s->cut_frames / (double)s->frames).text);
     if (recorded > 0 && tiles.max > 0)
-        n += snprintf(note + n, sizeof note - (size_t)n, " Such a frame left out %s tiles on average, %.0f at most.",
+        n += snprintf(note + n, sizeof note - (size_t)n, " Such a frame left out %s tiles on average, %.0f at most, of all stages together.",
                       fv_shown_fixed(tiles.mean * (double)fv_recorded(s) / (double)recorded, 1).text, tiles.max);
     while (nearest < fv_rings(s) && s->ring[nearest].cut == 0) nearest++;
     if (nearest < fv_rings(s))
-        snprintf(note + n, sizeof note - (size_t)n, " None was nearer to the gaze than %.4g degrees.",
+        snprintf(note + n, sizeof note - (size_t)n, " None of those to be sampled was nearer to the gaze than %.4g degrees.",
                  nearest * FV_RING_DEG);
     fv_section_open(page->out, "What was cut", note);
     write_cut_stages(page);
-    draw_rings(page, "Tiles cut (% of those at that angle)", cut_percent, "cuts");
+    draw_rings(page, "Tiles to be sampled that were cut (% of those at that angle)", cut_percent, "cuts");
     fv_section_close(page->out);
 }

@@ -1,6 +1,7 @@
 /* session: what a run leaves behind: one record a frame and the totals, in fixed memory.
  *
- * Filled by loop.c, written as report.json, report.html and frames.csv by cli/report.c. */
+ * Filled by loop.c, written as report.json and report.html by cli/report.h, as frames.csv by
+ * cli/frames_csv.h. */
 #ifndef FV_FRAME_SESSION_H
 #define FV_FRAME_SESSION_H
 

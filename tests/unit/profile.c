@@ -177,7 +177,7 @@ static void rings_reach_the_reports(void **unused)
     json_decref(root);
     char *text = page_text();
     assert_non_null(strstr(text, "Cost against eccentricity"));
-    assert_non_null(strstr(text, "None was nearer to the gaze than 5 degrees"));
+    assert_non_null(strstr(text, "sampled was nearer to the gaze than 5 degrees"));
     free(text);
     session.ring[FV_RINGS - 1] = (struct fv_ring){NAN, INT64_MAX, INT64_MAX, INT64_MAX};
     session.ring[5] = (struct fv_ring){INFINITY, 1, 0, 0};
