@@ -69,6 +69,8 @@ static void plan_the_rest(struct fv_setup *s)
                 "the first worker runs on the program's own");
     fv_plan_add(p, "memory", "frame records", true, (int64_t)fv_arena_bytes(arena, "frame records"),
                 "%lld frames at most, for the report", (long long)s->session.capacity);
+    fv_plan_add(p, "memory", "schedule", true, (int64_t)fv_arena_bytes(arena, "schedule"),
+                "the order of tiles, and how long each has waited");
     fv_plan_add(p, "memory", "trace", true, (int64_t)fv_arena_bytes(arena, "trace"),
                 "the newest spans of each worker, for trace.json");
     fv_plan_add(p, "memory", "png encoder", p->present, (int64_t)fv_arena_bytes(arena, "png"),

@@ -239,6 +239,18 @@ static void choose_workers(struct fv_plan *p, const struct fv_frame *f, const st
                     "%d: a pass has %d tiles, they would have none", wanted - p->workers, f->tiles);
 }
 
+static void choose_adaptation(struct fv_plan *p, const struct fv_config *config)
+{
+    bool asked = strcmp(config->budget_adapt, "on") == 0, can = p->method->levels > 1;
+    if (asked && can)
+        fv_plan_add(p, "feature", "adaptation", true, 0, "budget.adapt is on: levels 1 to %d, late tiles are cut",
+                    p->method->levels - 1);
+    else
+        fv_plan_add(p, "feature", "adaptation", false, 0, "%s%s%s",
+                    asked ? "method " : "budget.adapt is off: frames take as long as they take",
+                    asked ? p->method->name : "", asked ? " has nothing to give way" : "");
+}
+
 static void choose_devices(struct fv_plan *p, const struct fv_config *config)
 {
     bool source = strcmp(config->eye_source, "none") != 0, taped = strcmp(config->output_tape, "on") == 0;
@@ -266,6 +278,7 @@ void fv_plan_make(struct fv_plan *p, const struct fv_method *method, const struc
     choose_features(p, scene, config);
     choose_variant(p, scene);
     choose_workers(p, frame, config);
+    choose_adaptation(p, config);
     choose_devices(p, config);
 }
 
