@@ -230,9 +230,9 @@ void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t fram
         struct fv_decision decided;
         struct fv_pose head;
         double gaze[2][3], uncertainty_deg;
-        bool replayed = io->decided && io->decided(io->context, n, &decided);
+        bool replayed = io->decided && io->decided(io->context, n, &decided), paced = loop->vsync && !replayed;
         int64_t deadline_ns = 0, t_ns = replayed ? decided.t_ns : n * loop->period_ns, now_ns = t_ns;
-        if (loop->vsync) {
+        if (paced) {
             t_ns = wait_for_turn(loop, &deadline_ns);
             now_ns = fv_clock_now_ns(loop->clock) - loop->pace.epoch_ns;
         }
@@ -243,7 +243,7 @@ void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t fram
         bool wanted = io->wants(io->context, n, n + 1 == frames);
         if (wanted)
             present(loop, &record, deadline_ns ? deadline_ns : start_ns + record.periods * loop->period_ns);
-        if (loop->vsync) {
+        if (paced) {
             int64_t late = fv_pace_done(&loop->pace, fv_clock_now_ns(loop->clock));
             s->skipped += late + record.periods - 1;
             record.missed = late > 0 || record.periods > 1;

@@ -12,9 +12,9 @@ int64_t fv_pace_aim(struct fv_pace *p, int64_t now_ns, int64_t need_ns, int peri
 {
     int64_t reached = flip_at(p, now_ns + (need_ns > 0 ? need_ns : 0));
     /* What no number of given periods holds is late already: begun at once, for the flip after those. */
-    int64_t given = flip_at(p, now_ns) + periods;
+    int64_t given = flip_at(p, now_ns) + periods, aimed = reached < given ? reached : given;
     p->flip += periods;
-    if (p->flip < reached) p->flip = reached < given ? reached : given;
+    if (p->flip < aimed) p->flip = aimed;
     int64_t start_ns = fv_pace_deadline_ns(p) - need_ns;
     return start_ns > now_ns ? start_ns : now_ns;
 }

@@ -128,7 +128,7 @@ static void orders(void **state)
             fail_msg("tile %d of the order lies nearer than the one before", i);
     /* By need: tiles without work are no part of it; without history before others of the same place; those
      * that have waited before those that have not. */
-    int far[3], n = 0;
+    int far[3] = {0}, n = 0;
     for (int i = 0; i < rig.frame.tiles && n < 3; i++) {
         int t = (int)rig.schedule.by_gaze[rig.frame.tiles - 1 - i];
         if (rig.schedule.eccentricity_deg[t] < 55) far[n++] = t;
