@@ -1,0 +1,117 @@
+/* budget_run: the program itself inside its budget: it adapts and cuts on a budget that does not fit, waits for
+ * flips, and ends cleanly whenever it is told to. */
+#include "platform/clock.h"
+#include "tests/support/program.h"
+
+#include <jansson.h>
+#include <signal.h>
+
+#define SMALL "--set scene.name=cornell --set display.width=236 --set display.height=292 --set display.eyes=1 "
+
+static json_t *report(const char *folder)
+{
+    char path[256];
+    json_error_t error;
+    snprintf(path, sizeof path, "%s/%s/report.json", program_folder(), folder);
+    json_t *r = json_load_file(path, 0, &error);
+    if (!r) fail_msg("%s: %s", path, error.text);
+    return r;
+}
+
+static double number(const json_t *r, const char *a, const char *b)
+{
+    const json_t *value = json_object_get(r, a);
+    if (b) value = json_object_get(value, b);
+    assert_true(json_is_number(value));
+    return json_number_value(value);
+}
+
+/* A budget far too small, one that fits and one far too large: levels of the table only, the smallest ones
+ * where nothing fits, the best where all does. */
+static void adapts(void **state)
+{
+    (void)state;
+    static const struct {
+        double hz;
+        double level_min, level_max; /* of the mean */
+        bool cut;
+    } cases[] = {{1000, 7.9, 8, true}, {0.01 + 1, 1, 3, false}};
+    for (int i = 0; i < 2; i++) {
+        struct program_result r = program("run " SMALL "--set display.sink=none --set budget.adapt=on --set budget.periods=1 "
+                                          "--set budget.hz=%g --frames 60 --out adapt", cases[i].hz);
+        if (r.code != 0) fail_msg("%s", r.errors);
+        json_t *j = report("adapt");
+        double mean = number(j, "level", "mean");
+        if (!(mean >= cases[i].level_min && mean <= cases[i].level_max) || number(j, "level", "min") < 1 ||
+            number(j, "level", "max") > 8)
+            fail_msg("%g Hz: mean level %g", cases[i].hz, mean);
+        if ((number(j, "cut_frames", NULL) > 0) != cases[i].cut)
+            fail_msg("%g Hz: %g frames cut", cases[i].hz, number(j, "cut_frames", NULL));
+        json_decref(j);
+    }
+}
+
+static void waits_for_flips(void **state)
+{
+    (void)state;
+    int64_t start_ns = fv_clock_now_ns(&fv_clock_monotonic);
+    struct program_result r = program("run " SMALL "--set display.sink=none --set budget.adapt=on --set budget.pace=vsync "
+                                      "--set budget.hz=20 --frames 40 --out paced");
+    double seconds = (double)(fv_clock_now_ns(&fv_clock_monotonic) - start_ns) * 1e-9;
+    if (r.code != 0) fail_msg("%s", r.errors);
+    if (seconds < 39 / 20.0) fail_msg("40 frames at 20 Hz took %g s", seconds);
+    json_t *j = report("paced");
+    /* Each flip got a frame, was skipped or is still to come. */
+    char path[256], text[65536], *line;
+    snprintf(path, sizeof path, "%s/paced/frames.csv", program_folder());
+    program_slurp(path, text, sizeof text);
+    long long before = -1, t_ns, frame, skipped = 0;
+    for (line = strchr(text, '\n'); line && sscanf(line + 1, "%lld,%lld", &frame, &t_ns) == 2; line = strchr(line + 1, '\n')) {
+        assert_int_equal((t_ns - 25000000) % 50000000, 0); /* the middle of a scan-out */
+        assert_true(t_ns > before);
+        if (before >= 0) skipped += (t_ns - before) / 50000000 - 1;
+        before = t_ns;
+    }
+    assert_int_equal(frame, 39);
+    if ((double)skipped > number(j, "missed", NULL) + 4 * number(j, "skipped", NULL)) fail_msg("%lld periods skipped", skipped);
+    json_decref(j);
+}
+
+/* From the start to long after it: nothing is left half-written, and a run that had begun leaves its report. */
+static void ends_when_told(void **state)
+{
+    (void)state;
+    static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+    static const int after_ms[] = {0, 2, 5, 10, 20, 40, 80, 150, 300, 600};
+    for (int i = 0; i < 20; i++) {
+        char out[64], path[128];
+        snprintf(out, sizeof out, "told-%d", i);
+        pid_t child = fork();
+        if (child == 0) {
+            if (chdir(program_folder()) || !freopen("/dev/null", "w", stderr)) _exit(99);
+            execl(FV_PROGRAM, "foveola", "run", "--set", "scene.name=cornell", "--set", "display.width=236", "--set",
+                  "display.height=292", "--set", i % 2 ? "budget.pace=vsync" : "budget.pace=free", "--set",
+                  "budget.hz=3", "--set", "display.sink=none", "--out", out, (char *)NULL);
+            _exit(99);
+        }
+        usleep((useconds_t)(1000 * after_ms[i / 2]));
+        kill(child, signals[i % 3]);
+        int status;
+        assert_int_equal(waitpid(child, &status, 0), child);
+        snprintf(path, sizeof path, "%s/%s", program_folder(), out);
+        if (access(path, F_OK) != 0) continue; /* before anything was written */
+        if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+            fail_msg("%d ms, signal %d: status %x", after_ms[i / 2], signals[i % 3], status);
+        json_decref(report(out));
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(adapts),
+        cmocka_unit_test(waits_for_flips),
+        cmocka_unit_test(ends_when_told),
+    };
+    return cmocka_run_group_tests(tests, NULL, program_clean);
+}
