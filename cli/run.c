@@ -106,6 +106,14 @@ static int read_decisions(struct run *r, const struct fv_arguments *a, struct fv
     return a->recorded > 0 ? fv_decisions_read(&r->decision, a->decisions, &of, error) : 0;
 }
 
+/* From here on a run that is told to end leaves its report; before, nothing at all. */
+static void heed_signals(void)
+{
+    static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
+    struct sigaction action = {.sa_handler = on_signal};
+    for (int i = 0; i < 3; i++) sigaction(ending[i], &action, NULL);
+}
+
 /* All that a run needs before the first frame; OUT is made once all that it does not hold is there. */
 static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error *error)
 {
@@ -115,6 +123,7 @@ static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error 
     if (fv_setup_take(&r->setup, r->frames, error)) return -1;
     if (read_decisions(r, a, error)) return -1;
     if (fv_display_open(&r->display, c, a->out, error)) return -1;
+    heed_signals();
     if (fv_folder_make(a->out, error)) return -1;
     if (strcmp(c->output_tape, "on") == 0 &&
         fv_record_open(c, r->setup.session.stage, r->setup.plan.passes, a->out, error))
@@ -190,9 +199,6 @@ int fv_verb_run(const struct fv_arguments *a)
         fv_log("%s", error.text);
         return FV_EXIT_UNUSABLE;
     }
-    struct sigaction action = {.sa_handler = on_signal};
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
     struct fv_loop_io io = {&r, latch, wants, present, r.decided > 0 ? decided : NULL, after};
     fv_heap_seal(strcmp(r.setup.config.threads_sealed_heap, "fatal") == 0);
     fv_loop_run(&r.setup.loop, &io, r.frames);

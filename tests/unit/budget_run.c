@@ -1,12 +1,14 @@
-/* budget_run: the program itself inside its budget: it adapts and cuts on a budget that does not fit, waits for
- * flips, and ends cleanly whenever it is told to. */
+/* budget_run: the program itself inside its budget: it adapts and cuts on a budget that does not fit, waits
+ * for flips, and ends cleanly whenever it is told to. */
 #include "platform/clock.h"
 #include "tests/support/program.h"
 
 #include <jansson.h>
 #include <signal.h>
+#include <stdbool.h>
 
-#define SMALL "--set scene.name=cornell --set display.width=236 --set display.height=292 --set display.eyes=1 "
+#define SMALL                                                                                                \
+    "--set scene.name=cornell --set display.width=236 --set display.height=292 --set display.eyes=1 "
 
 static json_t *report(const char *folder)
 {
@@ -37,8 +39,10 @@ static void adapts(void **state)
         bool cut;
     } cases[] = {{1000, 7.9, 8, true}, {0.01 + 1, 1, 3, false}};
     for (int i = 0; i < 2; i++) {
-        struct program_result r = program("run " SMALL "--set display.sink=none --set budget.adapt=on --set budget.periods=1 "
-                                          "--set budget.hz=%g --frames 60 --out adapt", cases[i].hz);
+        struct program_result r =
+            program("run " SMALL "--set display.sink=none --set budget.adapt=on --set budget.periods=1 "
+                    "--set budget.hz=%g --frames 60 --out adapt",
+                    cases[i].hz);
         if (r.code != 0) fail_msg("%s", r.errors);
         json_t *j = report("adapt");
         double mean = number(j, "level", "mean");
@@ -55,8 +59,9 @@ static void waits_for_flips(void **state)
 {
     (void)state;
     int64_t start_ns = fv_clock_now_ns(&fv_clock_monotonic);
-    struct program_result r = program("run " SMALL "--set display.sink=none --set budget.adapt=on --set budget.pace=vsync "
-                                      "--set budget.hz=20 --frames 40 --out paced");
+    struct program_result r =
+        program("run " SMALL "--set display.sink=none --set budget.adapt=on --set budget.pace=vsync "
+                "--set budget.hz=20 --frames 40 --out paced");
     double seconds = (double)(fv_clock_now_ns(&fv_clock_monotonic) - start_ns) * 1e-9;
     if (r.code != 0) fail_msg("%s", r.errors);
     if (seconds < 39 / 20.0) fail_msg("40 frames at 20 Hz took %g s", seconds);
@@ -66,18 +71,21 @@ static void waits_for_flips(void **state)
     snprintf(path, sizeof path, "%s/paced/frames.csv", program_folder());
     program_slurp(path, text, sizeof text);
     long long before = -1, t_ns, frame, skipped = 0;
-    for (line = strchr(text, '\n'); line && sscanf(line + 1, "%lld,%lld", &frame, &t_ns) == 2; line = strchr(line + 1, '\n')) {
+    for (line = strchr(text, '\n'); line && sscanf(line + 1, "%lld,%lld", &frame, &t_ns) == 2;
+         line = strchr(line + 1, '\n')) {
         assert_int_equal((t_ns - 25000000) % 50000000, 0); /* the middle of a scan-out */
         assert_true(t_ns > before);
         if (before >= 0) skipped += (t_ns - before) / 50000000 - 1;
         before = t_ns;
     }
     assert_int_equal(frame, 39);
-    if ((double)skipped > number(j, "missed", NULL) + 4 * number(j, "skipped", NULL)) fail_msg("%lld periods skipped", skipped);
+    if ((double)skipped > number(j, "missed", NULL) + 4 * number(j, "skipped", NULL))
+        fail_msg("%lld periods skipped", skipped);
     json_decref(j);
 }
 
-/* From the start to long after it: nothing is left half-written, and a run that had begun leaves its report. */
+/* From the start to long after it: nothing is left half-written, and a run that had begun leaves its report.
+ */
 static void ends_when_told(void **state)
 {
     (void)state;
@@ -89,9 +97,9 @@ static void ends_when_told(void **state)
         pid_t child = fork();
         if (child == 0) {
             if (chdir(program_folder()) || !freopen("/dev/null", "w", stderr)) _exit(99);
-            execl(FV_PROGRAM, "foveola", "run", "--set", "scene.name=cornell", "--set", "display.width=236", "--set",
-                  "display.height=292", "--set", i % 2 ? "budget.pace=vsync" : "budget.pace=free", "--set",
-                  "budget.hz=3", "--set", "display.sink=none", "--out", out, (char *)NULL);
+            execl(FV_PROGRAM, "foveola", "run", "--set", "scene.name=cornell", "--set", "display.width=236",
+                  "--set", "display.height=292", "--set", i % 2 ? "budget.pace=vsync" : "budget.pace=free",
+                  "--set", "budget.hz=3", "--set", "display.sink=none", "--out", out, (char *)NULL);
             _exit(99);
         }
         usleep((useconds_t)(1000 * after_ms[i / 2]));
