@@ -48,12 +48,12 @@ static void print_stages(const struct fv_session *s)
     }
 }
 
-/* Where frames were late: which setting would help. */
+/* Where more than one frame of a hundred was late: which setting would help. */
 static void print_hint(const struct fv_session *s, const struct fv_config *c, bool adapts, double p99_ms)
 {
     char rate[80] = "";
     double hz = floor(1000 / p99_ms);
-    if (s->missed == 0) return;
+    if (100 * s->missed <= s->frames) return;
     if (hz >= 1 && hz < c->budget_hz)
         snprintf(rate, sizeof rate, "; as it is, 99 %% of the frames would hold budget.hz=%.0f", hz);
     bool adapted = strcmp(c->budget_adapt, "on") == 0;

@@ -64,7 +64,7 @@ static void present(void *context, const struct fv_frame *f)
                                      .stride_bytes = 4 * f->stride,
                                      .pixels = {f->buffer[FV_PICTURE][0], f->buffer[FV_PICTURE][1]}};
     r->pictured = true;
-    if (fv_display_present(r->display, &r->picture, f->number - 1, &error)) {
+    if (fv_display_present(r->display, &r->picture, f->number, &error)) {
         fv_log("%s: no more pictures are written, the run goes on", error.text);
         r->exit_code = FV_EXIT_NOT_HELD;
     }

@@ -157,13 +157,13 @@ static void render(struct fv_loop *loop, const struct fv_pose *head, const doubl
     r->missed = r->frame_ms > loop->session->period_ms;
     record_counts(loop, r);
     fv_trace_add(loop->trace, 0, "control", r->frame, latched_ns, begun_ns);
-    f->number++;
 }
 
 void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3],
                    double uncertainty_deg, int64_t t_ns, struct fv_frame_record *record)
 {
     render(loop, head, gaze, uncertainty_deg, t_ns, NULL, fv_clock_now_ns(loop->clock), 0, record);
+    loop->frame.number++;
 }
 
 void fv_loop_restart(struct fv_loop *loop)
@@ -249,6 +249,7 @@ void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t fram
             record.missed = late > 0 || record.periods > 1;
         }
         if (wanted) io->present(io->context, &loop->frame);
+        loop->frame.number++;
         count(s, &record);
         if (!io->after(io->context, s, &record)) break;
     }

@@ -177,6 +177,41 @@ static void counters_follow_the_frames_kept(void **unused)
     }
 }
 
+/* A run: each frame has each stage once on the first worker, and one sample of each counter. */
+static void a_run_traces_its_frames(void **unused)
+{
+    (void)unused;
+    enum { FRAMES = 6, NAMES = 9 };
+    static const char *const names[NAMES] = {"select",  "support", "reproject", "sample",   "present",
+                                             "control", "level",   "sampled %", "cut tiles"};
+    int seen[NAMES][FRAMES] = {{0}}, counted = 0;
+    char path[128];
+    struct program_result r = program("run --frames %d --set scene.name=cornell --set display.headset=small --out run",
+                                      FRAMES);
+    assert_int_equal(r.code, 0);
+    snprintf(path, sizeof path, "%s/run/trace.json", program_folder());
+    json_t *root = json_load_file(path, JSON_REJECT_DUPLICATES, NULL), *event;
+    assert_non_null(root);
+    check_events(root);
+    size_t i;
+    json_array_foreach(json_object_get(root, "traceEvents"), i, event)
+    {
+        json_t *frame = json_object_get(json_object_get(event, "args"), "frame");
+        bool counter = text_at(event, "ph")[0] == 'C';
+        if ((!frame && !counter) || number_at(event, "tid") != 0) continue;
+        for (int k = 0; k < NAMES; k++) {
+            if (strcmp(text_at(event, "name"), names[k]) != 0) continue;
+            int64_t n = counter ? counted++ / 3 : json_integer_value(frame);
+            assert_in_range(n, 0, FRAMES - 1);
+            seen[k][n]++;
+        }
+    }
+    for (int k = 0; k < NAMES; k++)
+        for (int n = 0; n < FRAMES; n++)
+            if (seen[k][n] != 1) fail_msg("%s is there %d times in frame %d", names[k], seen[k][n], n);
+    json_decref(root);
+}
+
 static void a_full_disk_is_an_error(void **unused)
 {
     (void)unused;
@@ -199,6 +234,7 @@ int main(void)
         cmocka_unit_test(spans_of_any_worker_are_valid),
         cmocka_unit_test(names_and_times_are_kept),
         cmocka_unit_test(counters_follow_the_frames_kept),
+        cmocka_unit_test(a_run_traces_its_frames),
         cmocka_unit_test(a_full_disk_is_an_error),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);
