@@ -12,8 +12,7 @@ static const double room = 0.9;         /* share of the budget that a raise may 
 static const double sparse_dense = 1.6; /* price of a sparse unit over a dense one, until it is known */
 static const double dearer_min = 1.1;   /* a level that is dearer by less is not told from noise */
 static const double moved_ratio = 1.25; /* conditions have changed */
-static const double later_max =
-    1.15; /* by how much a level that was in use for long may become more suspect */
+static const double later_max = 1.15;   /* caution for a level that was well for long */
 static const double fade = 1.0 / 128;
 static const struct fv_level_memory blank = {.factor = {1, 1, 1}, .caution = 1};
 enum { QUIET_FRAMES = 3, CUTS_MAX = 8, MEMORY_FRAMES = 10000, TRIAL_FRAMES = 16 };
@@ -323,8 +322,7 @@ static void drop(struct fv_control *control, const struct fv_work *expected, dou
     struct fv_level_memory *memory = &control->memory[control->level];
     if (memory->raised_ns > 0) {
         double dearer = fv_control_predict_ns(control, control->level, &memory->work) / memory->raised_ns;
-        double most =
-            memory->frames < TRIAL_FRAMES ? factor_max : fmin(later_max * memory->caution, factor_max);
+        double most = memory->frames < TRIAL_FRAMES ? factor_max : fmax(later_max, memory->caution);
         memory->caution = within(dearer, 1, most);
     }
     if (ns <= budget_ns) {

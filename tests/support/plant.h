@@ -6,6 +6,7 @@
 #include "tests/support/random.h"
 
 #include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #define PLANT_PI 3.14159265358979323846
@@ -166,6 +167,7 @@ struct plant_numbers {
     int64_t frames, over, cut, missed, missed_run, changes;
     double level, used;
     int64_t settled; /* frames into a segment until the level was within one of where it ends, at worst */
+    int64_t segments, slow; /* slow ones: more than ten */
     int missed_now, level_at[PLANT_SEGMENT];
 };
 
@@ -189,6 +191,38 @@ static inline void plant_count(struct plant_numbers *r, int64_t n, int level, do
     if (into < PLANT_SEGMENT - 1) return;
     while (i > 0 && abs(r->level_at[i - 1] - level) <= 1) i--;
     if (i > r->settled) r->settled = i;
+    r->segments++;
+    r->slow += i > 10;
+}
+
+/* What a plant may do in 10,000 frames: deadlines missed; levels changed later than ten frames after what it
+ * is like has changed. `settles`: one in a hundred times may it take longer than ten frames until the level
+ * is within one of where it ends. */
+struct plant_limits {
+    const char *what;
+    plant_function *function;
+    double missed, changes;
+    bool settles;
+};
+
+/* Prints a row; true where the limits hold. */
+static inline bool plant_report(const struct plant_limits *of, const struct plant_numbers *r)
+{
+    double all = (double)r->frames, each = 1e4 / all, limits = fmax(1, 1e-4 * all);
+    bool fine = (double)r->missed <= limits * of->missed && (double)r->changes <= limits * of->changes &&
+                (!of->settles || r->slow <= r->segments / 100);
+    char settled[16] = "-";
+    if (of->settles) snprintf(settled, sizeof settled, "%lld", (long long)r->settled);
+    printf("%-24s %8.2f %8.2f %9.3f %9.1f %7.2f %8.1f %8s%s\n", of->what, 100 * (double)r->over / all,
+           100 * (double)r->cut / all, 100 * (double)r->missed / all, (double)r->changes * each,
+           r->level / all, 100 * r->used / all, settled, fine ? "" : "  too much");
+    return fine;
+}
+
+static inline void plant_report_head(void)
+{
+    printf("%-24s %8s %8s %9s %9s %7s %8s %8s\n", "plant", "over, %", "cut, %", "missed, %", "changes",
+           "level", "used, %", "settled");
 }
 
 #endif
