@@ -8,11 +8,12 @@
 static const double time_max_ns = 1e15, units_max = 1e15, price_max_ns = 1e12, stretch_max = 16;
 static const double factor_max = 16, correction_max = 2;
 
-static const double room = 0.9;         /* share of the budget that a raise may be predicted to take */
-static const double sparse_dense = 1.6; /* price of a sparse unit over a dense one, until it is known */
-static const double dearer_min = 1.1;   /* a level that is dearer by less is not told from noise */
-static const double moved_ratio = 1.25; /* conditions have changed */
-static const double later_max = 1.15;   /* caution for a level that was well for long */
+static const double room = 0.9;              /* share of the budget that a raise may be predicted to take */
+static const double sparse_dense = 1.6;      /* price of a sparse unit over a dense one, until it is known */
+static const double dearer_min = 1.1;        /* a level that is dearer by less is not told from noise */
+static const double moved_ratio = 1.25;      /* conditions have changed */
+static const double enough_share = 1.0 / 32; /* of a stage's work */
+static const double later_max = 1.15;        /* caution for a level that was well for long */
 static const double fade = 1.0 / 128;
 static const struct fv_level_memory blank = {.factor = {1, 1, 1}, .caution = 1};
 enum { QUIET_FRAMES = 3, CUTS_MAX = 8, MEMORY_FRAMES = 10000, TRIAL_FRAMES = 16 };
@@ -230,6 +231,16 @@ static bool taught(struct fv_peak *peak, double value, double most)
     return value > 0;
 }
 
+/* Whether there was enough work of a cost, beside the other one of its stage, to say what it costs. */
+static bool matters(const struct fv_cost_sample *sample, int cost)
+{
+    double units[2];
+    for (int i = 0; i < 2; i++)
+        units[i] = fmax(sound(sample->done.units[cost ^ i], units_max),
+                        sound(sample->expected.units[cost ^ i], units_max));
+    return units[0] >= enough_share * units[1];
+}
+
 void fv_control_learn(struct fv_control *control, const struct fv_cost_sample *sample)
 {
     if (sample->level < control->first || sample->level > control->last) return;
@@ -240,6 +251,7 @@ void fv_control_learn(struct fv_control *control, const struct fv_cost_sample *s
     for (int k = 0; k < FV_COSTS; k++) before[k] = control->price[k].held;
     for (int k = 0; k < FV_COSTS; k++) {
         double units = sound(sample->done.units[k], units_max), ns = sound(sample->cpu_ns[k], time_max_ns);
+        if (control->price[k].count && !matters(sample, k)) units = 0;
         fresh[k] = units > 0 && taught(&control->price[k], ns / units / factor[FV_PRICE], price_max_ns);
         any |= fresh[k];
     }
@@ -248,7 +260,7 @@ void fv_control_learn(struct fv_control *control, const struct fv_cost_sample *s
         double came = sound(sample->done.units[k], units_max) / sample->expected.units[k] / factor[FV_UNITS];
         if (!fresh[k]) follow(&control->price[k], before[k ^ 1], control->price[k ^ 1].held, k);
         if (sample->cut && !(came > peak->held)) continue;
-        if (!(came > 0 && isfinite(came))) fade_towards(peak, 1);
+        if (!(came > 0 && isfinite(came)) || !matters(sample, k)) fade_towards(peak, 1);
         else learn_mean(peak, within(came, 1 / correction_max, correction_max));
     }
     double wall_ns = sound(sample->wall_ns, time_max_ns), cpu_ns = sound(sample->total_cpu_ns, time_max_ns);

@@ -6,7 +6,8 @@
  *
  * Predicted time of a level = sum over costs of price x units x correction, over the workers, x stretch, x
  * the level's factors:
- * - price: thread CPU ns a unit, so that a preempted thread teaches no wrong price;
+ * - price: thread CPU ns a unit, so that a preempted thread teaches no wrong price. Where a frame has next to
+ *   none of a stage's sparse or dense units, their price goes with the other's;
  * - correction: units that came over those that were expected, 1/2 to 2;
  * - stretch: wall time x workers over CPU time, at least 1: other programs' load, idle workers;
  * - factors: by how much each of these three was dearer at this level than elsewhere, found in the first

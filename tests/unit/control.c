@@ -322,6 +322,13 @@ static void prices_of_a_stage_go_together(void **state)
     assert_true(fabs(c.price[SPARSE].held - 3) < 1e-9 && fabs(c.price[DENSE].held - 1) < 0.1);
     for (int n = 0; n < 1000; n++) fv_control_learn(&c, &s);
     assert_true(fabs(c.price[DENSE].held - 3) < 0.01);
+    /* A few units say nothing. */
+    s.done.units[DENSE] = 30, s.cpu_ns[DENSE] = 30e6;
+    for (int n = 0; n < 10; n++) fv_control_learn(&c, &s);
+    assert_true(fabs(c.price[DENSE].held - 3) < 0.01 && c.correction[DENSE].held == 1);
+    s.done.units[DENSE] = 40, s.cpu_ns[DENSE] = 40 * 7;
+    for (int n = 0; n < 2; n++) fv_control_learn(&c, &s);
+    assert_true(fabs(c.price[DENSE].held - 7) < 1e-9);
 }
 
 /* The least that a frame needs sets its periods: more at once, fewer after three easy frames. */
