@@ -77,9 +77,8 @@ int fv_budget_begin(struct fv_budget *b, struct fv_frame *f, int level, const st
     struct fv_control *c = &b->control;
     bool adapt = b->adapt && !decided;
     fv_schedule_look(&b->schedule, f);
-    b->begun_ns = begun_ns;
     b->deadline_ns = 0;
-    b->expected_ns = 0;
+    b->expected_ns = b->expected_cpu_ns = 0;
     b->cut = false;
     if (decided) level = decided->level;
     if (adapt) {
@@ -100,26 +99,40 @@ int fv_budget_begin(struct fv_budget *b, struct fv_frame *f, int level, const st
     return level;
 }
 
+/* What stage i may take; *expected_ns: what it is expected to. */
+static struct fv_stage_limit limit_of(const struct fv_budget *b, int i, double *expected_ns)
+{
+    const struct fv_control *c = &b->control;
+    struct fv_stage_limit limit = {.done = -1, .stand_in_ns = b->stand_in_ns[i].held};
+    *expected_ns = stage_ns(b, b->sample.level, &b->sample.expected, i);
+    limit.deadline_ns = b->deadline_ns - llround(b->straggle_ns + b->present_ns.held);
+    /* A frame that has hardly begun tells little about what it costs. */
+    if (b->expected_cpu_ns > 0.02 * b->period_ns) limit.dearer = b->sample.total_cpu_ns / b->expected_cpu_ns;
+    if (b->plan->pass[i]->order == FV_ORDER_GAZE)
+        limit.tile_cpu_ns = *expected_ns * c->workers / fv_control_stretch(c) / b->schedule.tiles;
+    for (int k = 2 * (i + 1); k < 2 * b->plan->passes; k++)
+        limit.follow_ns += b->least.units[k] * fv_control_price_ns(c, k);
+    return limit;
+}
+
+/* How long the last tiles ran on after the frame was closed: believed where the next frame says so too. */
+static void learn_straggle(struct fv_budget *b, int64_t end_ns)
+{
+    double over_ns = b->cut ? (double)(end_ns - b->deadline_ns) + b->present_ns.held + b->straggle_ns : 0;
+    b->straggle_ns = fmax(fmin(over_ns, b->over_ns), b->straggle_ns * (1 - 1.0 / 64));
+    b->straggle_ns = fmin(b->straggle_ns, 0.25 * b->period_ns);
+    b->over_ns = over_ns;
+}
+
 void fv_budget_stage(struct fv_budget *b, struct fv_frame *f, int i, int done, struct fv_stage_result *r)
 {
-    const struct fv_pass *pass = b->plan->pass[i];
-    int level = b->sample.level, tiles = b->schedule.tiles;
     struct fv_stage_limit limit = {.done = done};
     double expected_ns = 0;
-    if (b->deadline_ns) {
-        /* A frame that has hardly begun tells little about what it costs; one of unknown cost nothing. */
-        bool known = fv_control_predict_ns(&b->control, level, &b->sample.expected) > 0;
-        limit.expected_ns = known ? fmax(b->expected_ns, 0.05 * b->period_ns) : 0;
-        limit.begun_ns = b->begun_ns;
-        limit.deadline_ns = b->deadline_ns - llround(b->straggle_ns + b->present_ns.held);
-        limit.stand_in_ns = b->stand_in_ns[i].held;
-        for (int c = 2 * (i + 1); c < 2 * b->plan->passes; c++)
-            limit.follow_ns += b->least.units[c] * fv_control_price_ns(&b->control, c);
-        expected_ns = stage_ns(b, level, &b->sample.expected, i);
-        if (pass->order == FV_ORDER_GAZE) limit.tile_ns = expected_ns / tiles;
-    }
-    fv_schedule_run(&b->schedule, f, pass, &limit, r);
+    if (b->deadline_ns) limit = limit_of(b, i, &expected_ns);
+    fv_schedule_run(&b->schedule, f, b->plan->pass[i], &limit, r);
     b->expected_ns += expected_ns;
+    b->expected_cpu_ns += expected_ns * b->control.workers / fv_control_stretch(&b->control) * r->done /
+                          (r->done + r->cut + 1e-9);
     b->cut |= r->cut > 0;
     if (r->cut > 0)
         fv_peak_learn(&b->stand_in_ns[i], (double)r->stand_in_ns / r->cut / b->schedule.workers->count);
@@ -129,13 +142,7 @@ void fv_budget_stage(struct fv_budget *b, struct fv_frame *f, int i, int done, s
     }
     b->sample.total_cpu_ns += (double)r->cpu_ns;
     b->sample.wall_ns += (double)(r->end_ns - r->start_ns);
-    if (b->deadline_ns && i + 1 == b->plan->passes) {
-        double over_ns = (double)(r->end_ns - b->deadline_ns) + b->present_ns.held + b->straggle_ns;
-        if (!b->cut) over_ns = 0;
-        b->straggle_ns = fmax(fmin(over_ns, b->over_ns), b->straggle_ns * (1 - 1.0 / 64));
-        b->straggle_ns = fmin(b->straggle_ns, 0.25 * b->period_ns);
-        b->over_ns = over_ns;
-    }
+    if (b->deadline_ns && i + 1 == b->plan->passes) learn_straggle(b, r->end_ns);
 }
 
 void fv_budget_end(struct fv_budget *b, struct fv_frame *f)

@@ -21,13 +21,12 @@ struct fv_budget {
     struct fv_peak stand_in_ns[FV_COST_STAGES];    /* wall time of one, of all workers together */
     struct fv_peak present_ns;
     double straggle_ns; /* how long the last tiles run on after a stage is closed: falls by 1/64 a frame */
-    double
-        over_ns; /* that of the newest frame, 0 where it was not cut: believed where the next says so too */
+    double over_ns;     /* that of the newest frame, 0 where it was not cut */
     double lead; /* >= 1: by how much longer than predicted a frame is given, begun late as it is; grows
                     where it was cut all the same, falls by 1/64 a frame */
     /* The frame under way. */
-    int64_t begun_ns, deadline_ns;
-    double expected_ns;
+    int64_t deadline_ns;
+    double expected_ns, expected_cpu_ns; /* of its stages so far */
     bool cut;
     struct fv_cost_sample sample;
 };

@@ -173,6 +173,11 @@ double fv_control_need_ns(const struct fv_control *control, int level, const str
     return plain_ns(control, work, DEARER) * factors(&control->memory[level]);
 }
 
+double fv_control_stretch(const struct fv_control *control)
+{
+    return stretch(control, HELD);
+}
+
 double fv_control_price_ns(const struct fv_control *control, int cost)
 {
     return price(control, cost, DEARER) / control->workers * stretch(control, DEARER);

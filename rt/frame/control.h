@@ -104,6 +104,9 @@ double fv_control_need_ns(const struct fv_control *control, int level, const str
  * known. For reserves too. */
 double fv_control_price_ns(const struct fv_control *control, int cost);
 
+/* Wall time x workers over CPU time, as it is held; >= 1. */
+double fv_control_stretch(const struct fv_control *control);
+
 /* The level of the next frame: expected[level] for first..last; `least`: what no frame can do without;
  * `period_ns`: of the display; `other_ns`: what a frame takes besides its stages, which no level changes;
  * periods_max >= 1. Sets control->level and control->periods.

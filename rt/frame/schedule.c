@@ -162,24 +162,34 @@ struct stage {
     int batch;               /* tiles taken at once */
     _Alignas(64) atomic_uint queue; /* the next place, and CLOSED */
     struct worker_count {
-        _Alignas(64) int64_t start_ns, fovea_end_ns, end_ns, cpu_ns, stand_in_ns;
+        _Alignas(64) int64_t start_ns, fovea_end_ns, end_ns, start_cpu_ns, cpu_ns, stand_in_ns;
         int64_t tile_ns[2], units[2], longest_ns; /* longest: of one tile */
         int done, cut;
     } worker[FV_WORKERS_MAX];
 };
+
+/* Of the tiles so far, CPU time over what was expected, at least what the stages before say; 20 at most. What
+ * other programs took is lost, but makes nothing dearer. */
+static double dearer_by(const struct stage *g, const struct worker_count *c, int64_t cpu_ns)
+{
+    double expected_ns = c->done * g->limit.tile_cpu_ns, dearer = fmax(g->limit.dearer, 1);
+    if (expected_ns > 0) dearer = fmax(dearer, (double)cpu_ns / expected_ns);
+    return fmin(dearer, 20);
+}
 
 /* True when what is left must not be begun, for one more tile may take as long as any: at `t_ns`, `place`
  * tiles having been taken. Where the frame has been dearer than expected so far, so will be what follows. */
 static bool out_of_time(const struct stage *g, const struct worker_count *c, int place, int64_t t_ns)
 {
     const struct fv_stage_limit *l = &g->limit;
-    double workers = g->schedule->workers->count, expected = l->expected_ns + place * l->tile_ns;
-    double taken = (double)(t_ns - l->begun_ns), dearer = 1, stand_in_ns = l->stand_in_ns;
-    if (expected > 0 && taken > expected) dearer = taken < 20 * expected ? taken / expected : 20;
+    double stand_in_ns = l->stand_in_ns, left_ns = (double)(l->deadline_ns - t_ns - c->longest_ns);
     if (!(stand_in_ns > 0) && c->done > 0)
-        stand_in_ns = (double)(c->tile_ns[0] + c->tile_ns[1]) / (16.0 * c->done * workers);
-    double follow_ns = dearer * (l->follow_ns + (g->tiles - place) * stand_in_ns) + (double)c->longest_ns;
-    return (double)(l->deadline_ns - t_ns) <= follow_ns;
+        stand_in_ns =
+            (double)(c->tile_ns[0] + c->tile_ns[1]) / (16.0 * c->done * g->schedule->workers->count);
+    double follow_ns = l->follow_ns + (g->tiles - place) * stand_in_ns;
+    /* The thread's clock takes longer to read than a small tile: only where it decides. */
+    if (left_ns > follow_ns * dearer_by(g, c, t_ns - c->start_ns)) return false;
+    return left_ns <= follow_ns * dearer_by(g, c, fv_clock_cpu_ns(g->schedule->clock) - c->start_cpu_ns);
 }
 
 static struct fv_ring *ring_of(const struct fv_schedule *s, int worker, int tile)
@@ -203,7 +213,9 @@ static void work_at(struct stage *g, struct worker_count *c, int worker, int pla
     c->tile_ns[whole] += took_ns;
     c->units[whole] += units;
     c->done += n;
-    if (took_ns / n > c->longest_ns) c->longest_ns = took_ns / n;
+    /* One that was interrupted says nothing about the next. */
+    if (took_ns / n > c->longest_ns && (c->done < 8 || took_ns / n * c->done < 10 * (now_ns - c->start_ns)))
+        c->longest_ns = took_ns / n;
     if (g->pass->order != FV_ORDER_NEED) return;
     struct fv_ring *r = ring_of(s, worker, index);
     r->cpu_ns += (double)took_ns;
@@ -241,7 +253,7 @@ static void work(void *context, int worker)
     const struct fv_clock *clock = g->schedule->clock;
     struct worker_count *c = &g->worker[worker];
     int64_t start_cpu_ns = fv_clock_cpu_ns(clock), t_ns = fv_clock_now_ns(clock);
-    *c = (struct worker_count){.start_ns = t_ns, .fovea_end_ns = t_ns};
+    *c = (struct worker_count){.start_ns = t_ns, .fovea_end_ns = t_ns, .start_cpu_ns = start_cpu_ns};
     for (;;) {
         if (g->limit.deadline_ns) look_at_clock(g, c, t_ns);
         unsigned word = atomic_fetch_add_explicit(&g->queue, (unsigned)g->batch, memory_order_relaxed);

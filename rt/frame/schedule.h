@@ -33,13 +33,12 @@ struct fv_schedule {
     struct fv_ring (*ring)[FV_RINGS]; /* of each worker, for the session */
 };
 
-/* How long a stage may take. Times are `clock`'s, costs in wall time of all workers together; 0 is a cost
- * that is not known. */
+/* How long a stage may take. Costs are wall times of all workers together but where CPU time is said; 0 is a
+ * cost that is not known. */
 struct fv_stage_limit {
-    int64_t deadline_ns; /* when all stages have to be done; 0: none */
-    int64_t begun_ns;    /* when the frame began */
-    double expected_ns;  /* what it was expected to take up to the stage's beginning */
-    double tile_ns;      /* a tile of this stage, where all are alike */
+    int64_t deadline_ns; /* of `clock`: when all stages have to be done; 0: none */
+    double dearer;       /* by how much the stages before took more CPU time than expected; below 1: not */
+    double tile_cpu_ns;  /* CPU time of a tile of this stage, where all are alike */
     double stand_in_ns;  /* a stand-in */
     double follow_ns;    /* stages that must still follow; taken as dearer where the frame so far was */
     int done; /* exactly so many tiles are worked at, of a pass that can be cut; -1: as many as there is time
