@@ -1,5 +1,7 @@
 fv_test(bench full_ratio rt)
 fv_test(bench peers rt)
+fv_test(bench budget cli)
+set_tests_properties(bench_budget PROPERTIES TIMEOUT 3600)
 
 # Tracing kernels that never had a feature, for left_out: the same source without its bit. `nothing` has
 # them all, `all` has points only. Dozens of kernels: not under the thread sanitizer, whose tests do not run it.
