@@ -10,7 +10,8 @@
 #include <string.h>
 #include <unistd.h>
 
-/* No row is longer: every column's longest number and name are far below 64 bytes, but for names of stages. */
+/* No row is longer: every column's longest number and name are far below 64 bytes, but for names of stages.
+ */
 enum { ROW_MAX = 64 * (FV_COLUMNS + FV_STAGES_MAX) };
 
 static struct fv_writer out;

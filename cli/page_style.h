@@ -41,7 +41,7 @@ static const char fv_page_style[] =
     ".grid line{stroke:var(--rule);shape-rendering:crispEdges}"
     "path{vector-effect:non-scaling-stroke;stroke-linejoin:round;stroke-linecap:round;fill:none}"
     ".line{stroke:var(--one);stroke-width:1.5}.band{fill:var(--band)}.area{fill:var(--band);opacity:.45}"
-    ".bars{fill:var(--one)}.late{fill:var(--bad)}.cuts{fill:var(--warn)}.marks{stroke:var(--bad);stroke-width:1.5;stroke-linecap:"
+    ".bars{fill:var(--one)}.late{fill:var(--bad)}.cuts{fill:var(--warn)}.given{stroke:var(--warn);stroke-width:1}.marks{stroke:var(--bad);stroke-width:1.5;stroke-linecap:"
     "butt}"
     ".limit line{stroke:var(--warn);stroke-width:1.5;stroke-dasharray:5 4}"
     ".plot .limit "

@@ -15,8 +15,8 @@ double fv_stage_seconds(const struct fv_session *s)
 }
 
 /* A row of a column whose values are `parts` times what is shown. */
-static struct fv_stage_row row_of(const struct fv_session *s, const struct fv_column *column, const char *name,
-                                  int parts)
+static struct fv_stage_row row_of(const struct fv_session *s, const struct fv_column *column,
+                                  const char *name, int parts)
 {
     int64_t n = fv_recorded(s), runs = 0;
     double frame_ms = fv_column_summary(s, &fv_columns[FV_COLUMN_FRAME_MS]).mean;
@@ -61,8 +61,8 @@ int fv_stage_rows(const struct fv_session *s, struct fv_stage_row row[FV_STAGE_R
     row[count] = row_of(s, &fv_columns[FV_COLUMN_IDLE_MS], "idle", workers_of(s));
     if (row[count].max_ms > 0) count++;
     if (1 - staged >= 0.001 && fv_column_summary(s, &fv_columns[FV_COLUMN_FRAME_MS]).mean > 0)
-        row[count++] = (struct fv_stage_row){
-            "in no stage", (double)NAN, (double)NAN, (double)NAN, (double)NAN, 1 - staged, -1};
+        row[count++] = (struct fv_stage_row){"in no stage", (double)NAN, (double)NAN, (double)NAN,
+                                             (double)NAN,   1 - staged,  -1};
     return count;
 }
 

@@ -1,4 +1,5 @@
-/* profile: the profile of a session, by stage and by eccentricity, as its reports and `run` itself show it. */
+/* profile: the profile of a session, by stage and by eccentricity, as its reports and `run` itself show it.
+ */
 #ifndef FV_CLI_PROFILE_H
 #define FV_CLI_PROFILE_H
 

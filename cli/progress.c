@@ -13,12 +13,12 @@ void fv_progress_line(const struct fv_session *s, const struct fv_frame_record *
 {
     char of[32] = "";
     if (frames > 0) snprintf(of, sizeof of, "/%lld", (long long)frames);
-    fv_log_progress("frame %lld%s  %.1f of %.1f ms  level %d  r0 %.1f  p_min %.3f  %.1f %% sampled  cut %lld  "
-                    "missed %lld",
-                    (long long)s->frames, of, (double)r->frame_ms,
-                    r->budget_ms > 0 ? (double)r->budget_ms : s->period_ms, r->level, (double)r->r0_deg,
-                    (double)r->p_min, 100.0 * (double)r->sampled_fraction, (long long)s->cut_frames,
-                    (long long)s->missed);
+    fv_log_progress(
+        "frame %lld%s  %.1f of %.1f ms  level %d  r0 %.1f  p_min %.3f  %.1f %% sampled  cut %lld  "
+        "missed %lld",
+        (long long)s->frames, of, (double)r->frame_ms, r->budget_ms > 0 ? (double)r->budget_ms : s->period_ms,
+        r->level, (double)r->r0_deg, (double)r->p_min, 100.0 * (double)r->sampled_fraction,
+        (long long)s->cut_frames, (long long)s->missed);
 }
 
 /* A right-aligned number, a dash where there is none. */
@@ -38,8 +38,8 @@ static void print_stages(const struct fv_session *s)
     int count = fv_stage_rows(s, rows), width = 11;
     for (int i = 0; i < count; i++) width = (int)fmax(width, (double)strlen(rows[i].name));
     if (width > 32) width = 32;
-    fv_log_line("%-*s %8s %9s %9s %9s %8s %7s", width, "stage", "rate Hz", "p50 ms", "p99 ms", "max ms", "share %",
-                "late");
+    fv_log_line("%-*s %8s %9s %9s %9s %8s %7s", width, "stage", "rate Hz", "p50 ms", "p99 ms", "max ms",
+                "share %", "late");
     for (int i = 0; i < count; i++) {
         const struct fv_stage_row *r = &rows[i];
         fv_log_line("%-*.*s %8s %9s %9s %9s %8s %7s", width, width, r->name, cell(r->rate_hz, 1).text,
@@ -58,18 +58,22 @@ static void print_hint(const struct fv_session *s, const struct fv_config *c, bo
         snprintf(rate, sizeof rate, "; as it is, 99 %% of the frames would hold budget.hz=%.0f", hz);
     bool adapted = strcmp(c->budget_adapt, "on") == 0;
     if (!adapts)
-        fv_log("late frames: --set method.name=reproject --set budget.adapt=on fits the work to the budget%s", rate);
-    else if (!adapted) fv_log("late frames: --set budget.adapt=on fits radius and density to the budget%s", rate);
+        fv_log("late frames: --set method.name=reproject --set budget.adapt=on fits the work to the budget%s",
+               rate);
+    else if (!adapted)
+        fv_log("late frames: --set budget.adapt=on fits radius and density to the budget%s", rate);
     else if (2 * s->missed > s->frames) fv_log("late frames: the smallest level is too dear, too%s", rate);
 }
 
-void fv_progress_close(const struct fv_session *s, const struct fv_config *config, bool adapts, const char *out)
+void fv_progress_close(const struct fv_session *s, const struct fv_config *config, bool adapts,
+                       const char *out)
 {
     const struct fv_column *frame_ms = &fv_columns[FV_COLUMN_FRAME_MS];
     double p50 = fv_column_percentile(s, frame_ms, 0, fv_recorded(s), 50);
     double p99 = fv_column_percentile(s, frame_ms, 0, fv_recorded(s), 99);
     print_stages(s);
-    fv_log("%lld frames of %s with %s: p50 %.1f ms, p99 %.1f ms, %.1f ms allowed, %lld missed, %lld cut; report in "
+    fv_log("%lld frames of %s with %s: p50 %.1f ms, p99 %.1f ms, %.1f ms allowed, %lld missed, %lld cut; "
+           "report in "
            "%s/report.html",
            (long long)s->frames, s->scene, s->method, p50, p99, s->period_ms, (long long)s->missed,
            (long long)s->cut_frames, out);

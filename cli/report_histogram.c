@@ -50,7 +50,8 @@ static void write_percentiles(struct fv_report_page *page)
                   "<th scope=\"col\">percentile</th><th scope=\"col\" class=\"n\">ms</th>"
                   "<th scope=\"col\" class=\"n\">of a period</th>");
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        double ms = fv_column_percentile(page->session, column, 0, fv_recorded(page->session), rows[i].percent);
+        double ms =
+            fv_column_percentile(page->session, column, 0, fv_recorded(page->session), rows[i].percent);
         fv_writer_print(page->out, "<tr>");
         fv_name_cell(page->out, rows[i].name);
         fv_number_cell(page->out, fv_shown_fixed(ms, 2));

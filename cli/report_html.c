@@ -143,9 +143,9 @@ static void write_footer(struct fv_report_page *page)
 }
 
 static void (*const sections[])(struct fv_report_page *page) = {
-    write_headline,      write_picture,          fv_report_time, fv_report_stages, open_pair,
-    fv_report_histogram, fv_report_eccentricity, close_pair,     fv_report_cuts,   fv_report_plan,
-    open_pair,           fv_report_memory,       fv_report_sealed, close_pair,     fv_report_settings,
+    write_headline,      write_picture,          fv_report_time,   fv_report_stages, open_pair,
+    fv_report_histogram, fv_report_eccentricity, close_pair,       fv_report_cuts,   fv_report_plan,
+    open_pair,           fv_report_memory,       fv_report_sealed, close_pair,       fv_report_settings,
     write_footer,
 };
 

@@ -40,7 +40,8 @@ static void draw_rings(struct fv_report_page *page, const char *caption, ring_va
     double most = 0;
     for (int i = 0; i < rings; i++) most = fmax(most, value(s, &s->ring[i]));
     if (!(most > 0) || isinf(most)) return;
-    struct fv_plot plot = {.out = page->out, .x = {0, rings * FV_RING_DEG, false}, .y = {0, 1.1 * most, false}};
+    struct fv_plot plot = {
+        .out = page->out, .x = {0, rings * FV_RING_DEG, false}, .y = {0, 1.1 * most, false}};
     fv_plot_open(&plot, &(struct fv_plot_text){.caption = caption,
                                                .label = caption,
                                                .x_name = "degrees from the gaze",
@@ -61,8 +62,9 @@ void fv_report_eccentricity(struct fv_report_page *page)
     double cpu_ns = 0;
     for (int i = 0; i < FV_RINGS; i++) cpu_ns += s->ring[i].cpu_ns;
     if (!(cpu_ns > 0)) return;
-    fv_section_open(page->out, "Cost against eccentricity",
-                    "Stages that trace samples, by the angle of their tiles from the gaze; all frames together.");
+    fv_section_open(
+        page->out, "Cost against eccentricity",
+        "Stages that trace samples, by the angle of their tiles from the gaze; all frames together.");
     draw_rings(page, "CPU time of a sample, with all its rays (ns)", ns_per_unit, "bars");
     draw_rings(page, "Share of the CPU time (%)", cost_percent, "bars");
     fv_section_close(page->out);
@@ -75,7 +77,8 @@ static void write_cut_stages(struct fv_report_page *page)
     const char *before = "<p class=\"note\">By stage: ";
     for (int stage = 0; stage < fv_stages(s); stage++) {
         int64_t frames = 0;
-        for (int64_t i = 0; i < fv_recorded(s); i++) frames += s->record[i].cut && s->record[i].decision.done[stage] >= 0;
+        for (int64_t i = 0; i < fv_recorded(s); i++)
+            frames += s->record[i].cut && s->record[i].decision.done[stage] >= 0;
         if (frames == 0) continue;
         fv_writer_print(page->out, "%s", before);
         fv_html_text(page->out, fv_stage_name(s, stage));
@@ -100,11 +103,14 @@ void fv_report_cuts(struct fv_report_page *page)
                      (long long)s->cut_frames, (long long)s->frames,
                      fv_shown_percent((double)s->cut_frames / (double)s->frames).text);
     if (recorded > 0 && tiles.max > 0)
-        n += snprintf(note + n, sizeof note - (size_t)n, " Such a frame left out %s tiles on average, %.0f at most, of all stages together.",
-                      fv_shown_fixed(tiles.mean * (double)fv_recorded(s) / (double)recorded, 1).text, tiles.max);
+        n += snprintf(note + n, sizeof note - (size_t)n,
+                      " Such a frame left out %s tiles on average, %.0f at most, of all stages together.",
+                      fv_shown_fixed(tiles.mean * (double)fv_recorded(s) / (double)recorded, 1).text,
+                      tiles.max);
     while (nearest < fv_rings(s) && s->ring[nearest].cut == 0) nearest++;
     if (nearest < fv_rings(s))
-        snprintf(note + n, sizeof note - (size_t)n, " None of those to be sampled was nearer to the gaze than %.4g degrees.",
+        snprintf(note + n, sizeof note - (size_t)n,
+                 " None of those to be sampled was nearer to the gaze than %.4g degrees.",
                  nearest * FV_RING_DEG);
     fv_section_open(page->out, "What was cut", note);
     write_cut_stages(page);

@@ -10,16 +10,16 @@
 
 void fv_report_stages(struct fv_report_page *page)
 {
-    static const char head[] =
-        "<th scope=\"col\">stage</th><th scope=\"col\" class=\"n\">rate</th>"
-        "<th scope=\"col\" class=\"n\">p50</th><th scope=\"col\" class=\"n\">p99</th>"
-        "<th scope=\"col\" class=\"n\">max</th><th scope=\"col\" class=\"n\">late</th>"
-        "<th scope=\"col\" class=\"n\">share</th><td class=\"bar\"></td>";
+    static const char head[] = "<th scope=\"col\">stage</th><th scope=\"col\" class=\"n\">rate</th>"
+                               "<th scope=\"col\" class=\"n\">p50</th><th scope=\"col\" class=\"n\">p99</th>"
+                               "<th scope=\"col\" class=\"n\">max</th><th scope=\"col\" class=\"n\">late</th>"
+                               "<th scope=\"col\" class=\"n\">share</th><td class=\"bar\"></td>";
     struct fv_stage_row rows[FV_STAGE_ROWS_MAX];
     int count = fv_stage_rows(page->session, rows);
-    fv_section_open(page->out, "Stages",
-                    "Wall time of each stage in ms, how often a second it ran, in how many frames it ended after "
-                    "the deadline, and its share of the mean frame time.");
+    fv_section_open(
+        page->out, "Stages",
+        "Wall time of each stage in ms, how often a second it ran, in how many frames it ended after "
+        "the deadline, and its share of the mean frame time.");
     fv_table_open(page->out, "stages", head);
     for (int i = 0; i < count; i++) {
         const struct fv_stage_row *r = &rows[i];
@@ -38,8 +38,9 @@ void fv_report_stages(struct fv_report_page *page)
     }
     fv_table_close(page->out);
     if (fv_idle_share(page->session) > 0)
-        fv_writer_print(page->out, "<p class=\"note\">idle: workers waiting for each other, a worker's mean. The "
-                                   "stages' times hold it, too.</p>\n");
+        fv_writer_print(page->out,
+                        "<p class=\"note\">idle: workers waiting for each other, a worker's mean. The "
+                        "stages' times hold it, too.</p>\n");
     fv_section_close(page->out);
 }
 

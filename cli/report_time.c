@@ -37,10 +37,23 @@ static void draw_line(struct fv_plot *plot, double scale)
 static int run_end(const struct fv_plot *plot, int i, double *t_s)
 {
     int end = i + 1;
-    while (end < series.count && (series.y[end] == series.y[i] || (isnan(series.y[end]) && isnan(series.y[i]))))
+    while (end < series.count &&
+           (series.y[end] == series.y[i] || (isnan(series.y[end]) && isnan(series.y[i]))))
         end++;
     *t_s = end < series.count ? series.t_s[end] : plot->x.high;
     return end;
+}
+
+static void draw_step_line(struct fv_plot *plot, double scale, const char *class)
+{
+    double to;
+    fv_path_open(plot, class);
+    for (int i = 0, end; i < series.count; i = end) {
+        end = run_end(plot, i, &to);
+        fv_path_point(plot, series.t_s[i], scale * series.y[i]);
+        fv_path_point(plot, isnan(series.y[i]) ? (double)NAN : to, scale * series.y[i]);
+    }
+    fv_path_close(plot);
 }
 
 /* A value that holds until the next one, and the area below it. */
@@ -54,13 +67,7 @@ static void draw_steps(struct fv_plot *plot, double scale)
     }
     fv_path_close(plot);
     draw_ranges(plot, scale);
-    fv_path_open(plot, "line");
-    for (int i = 0, end; i < series.count; i = end) {
-        end = run_end(plot, i, &to);
-        fv_path_point(plot, series.t_s[i], scale * series.y[i]);
-        fv_path_point(plot, isnan(series.y[i]) ? (double)NAN : to, scale * series.y[i]);
-    }
-    fv_path_close(plot);
+    draw_step_line(plot, scale, "line");
 }
 
 /* The largest of each bin. */
@@ -154,6 +161,10 @@ static void draw_frame_times(struct fv_report_page *page, double t_high, bool la
                                                .height_px = 240});
     fv_column_series(s, &fv_columns[FV_COLUMN_FRAME_MS], &series);
     draw_line(&plot, 1);
+    if (fv_column_summary(s, &fv_columns[FV_COLUMN_PERIODS]).max > 1) { /* what such a frame may take */
+        fv_column_series(s, &fv_columns[FV_COLUMN_PERIODS], &series);
+        draw_step_line(&plot, page->period_ms, "given");
+    }
     draw_missed(&plot, s);
     snprintf(limit, sizeof limit, "budget %.2f ms", page->period_ms);
     if (!isnan(page->period_ms)) fv_plot_across(&plot, page->period_ms, limit);
@@ -181,11 +192,14 @@ static void open_section(struct fv_report_page *page)
     const struct fv_session *s = page->session;
     int64_t n = fv_recorded(s);
     double top = fv_column_summary(s, &fv_columns[FV_COLUMN_FRAME_MS]).max;
-    char binned[128] = "", late[64] = "", skipped[96] = "", above[112] = "", adapted[128], note[640];
+    char binned[128] = "", given[96] = "", late[64] = "", skipped[96] = "", above[112] = "", adapted[128],
+         note[640];
     if (n > FV_POINTS_MAX)
         snprintf(binned, sizeof binned, " Lines are medians of %lld neighbouring frames, bands their ranges.",
                  (long long)(n / FV_BINS));
     if (s->missed) snprintf(late, sizeof late, " Red strokes at the top are missed frames.");
+    if (fv_column_summary(s, &fv_columns[FV_COLUMN_PERIODS]).max > 1)
+        snprintf(given, sizeof given, " The stepped line is the display periods that a frame was given.");
     if (s->skipped)
         snprintf(skipped, sizeof skipped, " No new frame was ready for %lld display period%s.",
                  (long long)s->skipped, s->skipped == 1 ? "" : "s");
@@ -193,8 +207,8 @@ static void open_section(struct fv_report_page *page)
         snprintf(above, sizeof above, " The plot is cut at %.1f ms, the longest frame took %s ms.",
                  page->frame_top_ms, fv_shown_fixed(top, 1).text);
     adaptation_text(s, adapted, sizeof adapted);
-    snprintf(note, sizeof note, "From latching pose and gaze to the picture being ready.%s%s%s%s%s", late, skipped,
-             binned, above, adapted);
+    snprintf(note, sizeof note, "From latching pose and gaze to the picture being ready.%s%s%s%s%s%s", late,
+             given, skipped, binned, above, adapted);
     fv_section_open(page->out, "Over time", note);
 }
 
@@ -205,9 +219,10 @@ static void write_constants(struct fv_report_page *page, const bool *shown)
     for (int i = 0; i < PANELS; i++) {
         const struct panel *p = &panels[i];
         double value = fv_column_summary(page->session, &fv_columns[p->column]).min * p->scale;
-        bool none = p->column == FV_COLUMN_CUT_TILES || p->column == FV_COLUMN_PERIODS;
+        bool none = p->column == FV_COLUMN_CUT_TILES || (p->column == FV_COLUMN_PERIODS && value <= 1);
         if (shown[i] || none || isnan(value)) continue;
-        fv_writer_print(page->out, "%s%s %s%s", before, p->name, fv_shown_fixed(value, p->decimals).text, p->unit);
+        fv_writer_print(page->out, "%s%s %s%s", before, p->name, fv_shown_fixed(value, p->decimals).text,
+                        p->unit);
         before = ", ";
     }
     if (before[0] == ',') fv_writer_print(page->out, ".</p>\n");

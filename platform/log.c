@@ -59,7 +59,8 @@ void fv_log_progress(const char *format, ...)
     struct winsize size;
     size_t room = sizeof line - sizeof clear;
     /* A line that wraps could not be rewritten. */
-    if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 && size.ws_col < room) room = size.ws_col;
+    bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+    if (known && size.ws_col < room) room = size.ws_col;
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(line + 1, room, format, arguments);

@@ -19,14 +19,14 @@ struct fv_trace {
 
 struct fv_trace *fv_trace_create(int workers)
 {
-    struct fv_trace *t = fv_arena_take(fv_arena(), "trace",
-                                       sizeof *t + (size_t)workers * sizeof(struct ring), 64);
+    struct fv_trace *t =
+        fv_arena_take(fv_arena(), "trace", sizeof *t + (size_t)workers * sizeof(struct ring), 64);
     t->workers = workers;
     return t;
 }
 
-void fv_trace_add(struct fv_trace *trace, int worker, const char *name, int64_t frame,
-                  int64_t start_ns, int64_t end_ns)
+void fv_trace_add(struct fv_trace *trace, int worker, const char *name, int64_t frame, int64_t start_ns,
+                  int64_t end_ns)
 {
     if (!trace) return;
     struct ring *r = &trace->ring[worker];
@@ -52,7 +52,8 @@ static void write_time(const char *key, int64_t ns)
 
 static void write_names(int workers)
 {
-    fv_writer_print(&out, "{\"ph\":\"M\",\"pid\":1,\"name\":\"process_name\",\"args\":{\"name\":\"foveola\"}}");
+    fv_writer_print(&out,
+                    "{\"ph\":\"M\",\"pid\":1,\"name\":\"process_name\",\"args\":{\"name\":\"foveola\"}}");
     for (int w = 0; w < workers; w++) {
         open_event("M", w, "thread_name");
         fv_writer_print(&out, ",\"args\":{\"name\":\"worker %d\"}}", w);

@@ -22,8 +22,8 @@ struct fv_trace; /* opaque, in the arena */
 struct fv_trace *fv_trace_create(int workers);
 
 /* Records one span of one worker; NULL trace is allowed and records nothing. */
-void fv_trace_add(struct fv_trace *trace, int worker, const char *name, int64_t frame,
-                  int64_t start_ns, int64_t end_ns);
+void fv_trace_add(struct fv_trace *trace, int worker, const char *name, int64_t frame, int64_t start_ns,
+                  int64_t end_ns);
 
 /* Numbers of each frame, drawn as curves above the spans: each is written where the frame's first span of
  * worker 0 begins, for the frames of which that worker's ring still holds spans. */

@@ -202,10 +202,8 @@ static void faults_are_found(void **unused)
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
-        cmocka_unit_test(faults_are_found),
-        cmocka_unit_test(run_is_readable),
-        cmocka_unit_test(adaptation_is_readable),
-        cmocka_unit_test(measure_is_readable),
+        cmocka_unit_test(faults_are_found),          cmocka_unit_test(run_is_readable),
+        cmocka_unit_test(adaptation_is_readable),    cmocka_unit_test(measure_is_readable),
         cmocka_unit_test(strange_rows_are_readable),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);

@@ -70,10 +70,20 @@ static inline void sample_session(struct fv_session *s, struct fv_frame_record *
     static const char *const stages[] = {"select", "support", "reproject", "sample", "present"};
     uint64_t random = 7;
     int level = 3, quiet = 0;
-    *s = (struct fv_session){.scene = "sponza", .method = "reproject", .triangles = 262267,
-                             .cpu = "ARM Cortex-A78AE", .isa = "neon", .threads = 2, .period_ms = 1000.0 / 75,
-                             .stages = 5, .pixels = 2 * 1182 * 1464, .frames = frames, .capacity = SAMPLE_RECORDS,
-                             .skipped = 3, .levels = SAMPLE_LEVELS, .record = records};
+    *s = (struct fv_session){.scene = "sponza",
+                             .method = "reproject",
+                             .triangles = 262267,
+                             .cpu = "ARM Cortex-A78AE",
+                             .isa = "neon",
+                             .threads = 2,
+                             .period_ms = 1000.0 / 75,
+                             .stages = 5,
+                             .pixels = 2 * 1182 * 1464,
+                             .frames = frames,
+                             .capacity = SAMPLE_RECORDS,
+                             .skipped = 3,
+                             .levels = SAMPLE_LEVELS,
+                             .record = records};
     for (int i = 0; i < 5; i++) s->stage[i] = stages[i];
     for (int i = 0; i < frames; i++) {
         sample_frame(&records[i], i, frames, &level, &quiet, &random);

@@ -1,4 +1,5 @@
-/* frames_csv: a row for every frame, numbers in full, whole rows on a disk that fills, and what a row costs. */
+/* frames_csv: a row for every frame, numbers in full, whole rows on a disk that fills, and what a row costs.
+ */
 #include "cli/frames_csv.h"
 #include "platform/clock.h"
 #include "platform/files.h"
@@ -48,7 +49,8 @@ static void a_row_a_frame(void **unused)
         "rays_primary,rays_shadow,rays_secondary,rays_march_steps,sampled_fraction,gaze_left_x_px,"
         "gaze_left_y_px,gaze_right_x_px,gaze_right_y_px,gaze_latency_ms,missed,cut,cut_tiles,late_stages\n";
     static const char first[] =
-        "41,9007199254740993,,1.5,0.0123,-0,-0.5,1e-10,1e+30,0.1,,0,123456.79,0.33333334,-2,3,16777216,180,0.05,"
+        "41,9007199254740993,,1.5,0.0123,-0,-0.5,1e-10,1e+30,0.1,,0,123456.79,0.33333334,-2,3,16777216,180,0."
+        "05,"
         "9223372036854775807,1,2,-9223372036854775808,0,0,0,0,0,0,1,0,2147483647,4294967295\n";
     sample_session(&session, records, 500);
     session.stage[1] = "a,b\"\nc";
@@ -183,12 +185,9 @@ static void rows_allocate_nothing_and_are_cheap(void **unused)
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_row_a_frame),
-        cmocka_unit_test(rows_go_on_beyond_the_records),
-        cmocka_unit_test(numbers_read_back),
-        cmocka_unit_test(a_full_disk_keeps_whole_rows),
-        cmocka_unit_test(closed_is_quiet),
-        cmocka_unit_test(rows_allocate_nothing_and_are_cheap),
+        cmocka_unit_test(a_row_a_frame),     cmocka_unit_test(rows_go_on_beyond_the_records),
+        cmocka_unit_test(numbers_read_back), cmocka_unit_test(a_full_disk_keeps_whole_rows),
+        cmocka_unit_test(closed_is_quiet),   cmocka_unit_test(rows_allocate_nothing_and_are_cheap),
     };
     char command[128];
     snprintf(folder, sizeof folder, "/tmp/foveola-frames-XXXXXX");

@@ -50,7 +50,8 @@ static void late_frames_have_a_hint(void **unused)
         {"--set budget.hz=1", ""},
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        struct program_result r = program("%s --frames 5 --out b %s --set display.width=400", run, rows[i].settings);
+        struct program_result r =
+            program("%s --frames 5 --out b %s --set display.width=400", run, rows[i].settings);
         assert_int_equal(r.code, 0);
         const char *hint = strstr(r.errors, "late frames: ");
         if (!hint != !rows[i].hint[0] || (hint && !strstr(hint, rows[i].hint)))
@@ -70,9 +71,10 @@ static void the_live_line_fits_the_terminal(void **unused)
         return;
     }
     for (size_t i = 0; i < sizeof widths / sizeof widths[0]; i++) {
-        snprintf(command, sizeof command,
-                 "cd %s && script -qc 'stty cols %d; %s %s --frames 40 --out c 2>&1' shown >/dev/null </dev/null",
-                 program_folder(), widths[i], FV_PROGRAM, run);
+        snprintf(
+            command, sizeof command,
+            "cd %s && script -qc 'stty cols %d; %s %s --frames 40 --out c 2>&1' shown >/dev/null </dev/null",
+            program_folder(), widths[i], FV_PROGRAM, run);
         assert_int_equal(system(command), 0);
         snprintf(path, sizeof path, "%s/shown", program_folder());
         program_slurp(path, shown, sizeof shown);

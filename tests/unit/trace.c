@@ -122,7 +122,8 @@ static void names_and_times_are_kept(void **unused)
         assert_string_equal(text_at(event, "name"), rows[i].read);
         assert_true(fabs(number_at(event, "ts") - rows[i].ts) < 1e-4);
         assert_true(fabs(number_at(event, "dur") - rows[i].dur) < 1e-9);
-        assert_true(json_integer_value(json_object_get(json_object_get(event, "args"), "frame")) == rows[i].frame);
+        assert_true(json_integer_value(json_object_get(json_object_get(event, "args"), "frame")) ==
+                    rows[i].frame);
     }
     assert_string_equal(text_at(json_object_get(json_array_get(events, 0), "args"), "name"), "foveola");
     assert_string_equal(text_at(json_object_get(json_array_get(events, 1), "args"), "name"), "worker 0");
@@ -186,8 +187,8 @@ static void a_run_traces_its_frames(void **unused)
                                              "control", "level",   "sampled %", "cut tiles"};
     int seen[NAMES][FRAMES] = {{0}}, counted = 0;
     char path[128];
-    struct program_result r = program("run --frames %d --set scene.name=cornell --set display.headset=small --out run",
-                                      FRAMES);
+    struct program_result r =
+        program("run --frames %d --set scene.name=cornell --set display.headset=small --out run", FRAMES);
     assert_int_equal(r.code, 0);
     snprintf(path, sizeof path, "%s/run/trace.json", program_folder());
     json_t *root = json_load_file(path, JSON_REJECT_DUPLICATES, NULL), *event;
@@ -230,12 +231,9 @@ static void a_full_disk_is_an_error(void **unused)
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_empty_trace_is_valid),
-        cmocka_unit_test(spans_of_any_worker_are_valid),
-        cmocka_unit_test(names_and_times_are_kept),
-        cmocka_unit_test(counters_follow_the_frames_kept),
-        cmocka_unit_test(a_run_traces_its_frames),
-        cmocka_unit_test(a_full_disk_is_an_error),
+        cmocka_unit_test(an_empty_trace_is_valid),  cmocka_unit_test(spans_of_any_worker_are_valid),
+        cmocka_unit_test(names_and_times_are_kept), cmocka_unit_test(counters_follow_the_frames_kept),
+        cmocka_unit_test(a_run_traces_its_frames),  cmocka_unit_test(a_full_disk_is_an_error),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }
