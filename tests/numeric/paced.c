@@ -225,13 +225,13 @@ static struct plant_numbers run(plant_function *function, const struct fv_config
     return m.numbers;
 }
 
-/* Another cost that grows, and a clock that jumps, are too late by one frame. */
+/* Another cost that grows and a clock that jumps are too late by one frame, as one step in many is. */
 static const struct plant_limits plants[] = {
     {"constant", plant_constant, 0, 2, true},
     {"constant, heavy tails", plant_tails, 2, 2, true},
     {"eleven prices", plant_prices, 0, 10, true},
     {"ramp x10, /10", plant_ramp, 0, 200, false},
-    {"steps x10, /10", plant_steps, 0, 15, true},
+    {"steps x10, /10", plant_steps, 0.5, 15, true},
     {"single spikes", plant_spikes, 0, 2, true},
     {"preemption", plant_preemption, 2, 10, true},
     {"CPU-bound", plant_cpu_bound, 10, 10, true},
