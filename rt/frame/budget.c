@@ -115,13 +115,19 @@ static struct fv_stage_limit limit_of(const struct fv_budget *b, int i, double *
     return limit;
 }
 
-/* How long the last tiles ran on after the frame was closed: believed where the next frame says so too. */
+/* How long the last tiles ran on after the frame was closed: what all but one of the newest frames stayed
+ * within, so that a single spike teaches nothing, while other programs' turns on the cores, which come and go
+ * by chance, are reserved for. */
 static void learn_straggle(struct fv_budget *b, int64_t end_ns)
 {
-    double over_ns = b->cut ? (double)(end_ns - b->deadline_ns) + b->present_ns.held + b->straggle_ns : 0;
-    b->straggle_ns = fmax(fmin(over_ns, b->over_ns), b->straggle_ns * (1 - 1.0 / 64));
-    b->straggle_ns = fmin(b->straggle_ns, 0.25 * b->period_ns);
-    b->over_ns = over_ns;
+    double largest = 0, second = 0;
+    b->over_ns[b->overs++ % FV_OVERS] =
+        b->cut ? (double)(end_ns - b->deadline_ns) + b->present_ns.held + b->straggle_ns : 0;
+    for (int i = 0; i < FV_OVERS; i++) {
+        second = fmax(second, fmin(largest, b->over_ns[i]));
+        largest = fmax(largest, b->over_ns[i]);
+    }
+    b->straggle_ns = fmin(fmax(second, b->straggle_ns * (1 - 1.0 / 128)), 0.25 * b->period_ns);
 }
 
 void fv_budget_stage(struct fv_budget *b, struct fv_frame *f, int i, int done, struct fv_stage_result *r)

@@ -9,6 +9,8 @@
 #include "rt/frame/plan.h"
 #include "rt/frame/schedule.h"
 
+enum { FV_OVERS = 32 };
+
 struct fv_budget {
     const struct fv_config *config;
     const struct fv_plan *plan;
@@ -20,8 +22,9 @@ struct fv_budget {
     struct fv_work expected[FV_LEVELS_MAX], least; /* of this frame */
     struct fv_peak stand_in_ns[FV_COST_STAGES];    /* wall time of one, of all workers together */
     struct fv_peak present_ns;
-    double straggle_ns; /* how long the last tiles run on after a stage is closed: falls by 1/64 a frame */
-    double over_ns;     /* that of the newest frame, 0 where it was not cut */
+    double straggle_ns; /* how long the last tiles run on after a stage is closed: falls by 1/128 a frame */
+    double over_ns[FV_OVERS]; /* that of the newest frames, 0 where they were not cut */
+    unsigned overs;
     double lead; /* >= 1: by how much longer than predicted a frame is given, begun late as it is; grows
                     where it was cut all the same, falls by 1/64 a frame */
     /* The frame under way. */

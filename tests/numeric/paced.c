@@ -247,9 +247,9 @@ static void plants_hold(void **state)
 {
     static struct fv_config config;
     const struct fv_config_request request = {
-        .sets = 10,
-        .set = {"budget.adapt=on", "budget.pace=vsync", "budget.hz=15", "display.eyes=1", "display.width=768",
-                "display.height=768", "display.fov_in_deg=45", "display.fov_out_deg=45",
+        .sets = 11,
+        .set = {"budget.adapt=on", "budget.pace=vsync", "budget.periods=4", "budget.hz=15", "display.eyes=1",
+                "display.width=768", "display.height=768", "display.fov_in_deg=45", "display.fov_out_deg=45",
                 "display.fov_up_deg=45", "display.fov_down_deg=45"}};
     struct fv_error error;
     int failed = 0;
