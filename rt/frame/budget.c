@@ -106,8 +106,10 @@ static struct fv_stage_limit limit_of(const struct fv_budget *b, int i, double *
     struct fv_stage_limit limit = {.done = -1, .stand_in_ns = b->stand_in_ns[i].held};
     *expected_ns = stage_ns(b, b->sample.level, &b->sample.expected, i);
     limit.deadline_ns = b->deadline_ns - llround(b->straggle_ns + b->present_ns.held);
-    /* A frame that has hardly begun tells little about what it costs. */
-    if (b->expected_cpu_ns > 0.02 * b->period_ns) limit.dearer = b->sample.total_cpu_ns / b->expected_cpu_ns;
+    /* As if a tenth of the period had gone as expected: a frame that has hardly begun tells little. */
+    double usual_ns = 0.1 * b->period_ns * c->workers;
+    if (b->expected_cpu_ns > 0)
+        limit.dearer = (b->sample.total_cpu_ns + usual_ns) / (b->expected_cpu_ns + usual_ns);
     if (b->plan->pass[i]->order == FV_ORDER_GAZE)
         limit.tile_cpu_ns = *expected_ns * c->workers / fv_control_stretch(c) / b->schedule.tiles;
     for (int k = 2 * (i + 1); k < 2 * b->plan->passes; k++)

@@ -173,7 +173,9 @@ struct stage {
 static double dearer_by(const struct stage *g, const struct worker_count *c, int64_t cpu_ns)
 {
     double expected_ns = c->done * g->limit.tile_cpu_ns, dearer = fmax(g->limit.dearer, 1);
-    if (expected_ns > 0) dearer = fmax(dearer, (double)cpu_ns / expected_ns);
+    /* As if a fifth of the stage had come as expected: the first tiles alone tell little. */
+    double usual_ns = 0.2 * g->tiles * g->limit.tile_cpu_ns / g->schedule->workers->count;
+    if (expected_ns > 0) dearer = fmax(dearer, ((double)cpu_ns + usual_ns) / (expected_ns + usual_ns));
     return fmin(dearer, 20);
 }
 
