@@ -10,7 +10,7 @@
 int fv_frames_csv_open(const struct fv_session *session, const char *path, struct fv_error *error);
 
 /* Numbers in full, booleans as 0 and 1, nothing where a value is not finite. A disk that fills ends the
- * file after its last whole row that fitted, not the run: said once. */
+ * file after the last block of rows that fitted, not the run: said once. */
 void fv_frames_csv_row(const struct fv_session *session, const struct fv_frame_record *record);
 
 /* Returns -1 where rows are missing, too. */

@@ -9,7 +9,7 @@
 
 const struct fv_verb fv_verbs[] = {
     {"run", fv_verb_run, "--config --set --out --frames ", 0, "run [--frames N]",
-     "the frame loop; until N frames, SIGINT or SIGTERM; report in --out (default: out)"},
+     "the frame loop; until N frames, SIGINT, SIGTERM or SIGHUP; report in --out (default: out)"},
     {"replay", fv_verb_replay, "--config --set --out --frames ", 1, "replay DIR",
      "runs a recorded session again; the same bytes of every picture"},
     {"compare", fv_verb_compare, "--ppd --gaze --fov ", 2,

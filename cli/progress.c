@@ -49,15 +49,16 @@ static void print_stages(const struct fv_session *s)
 }
 
 /* Where more than one frame of a hundred was late: which setting would help. */
-static void print_hint(const struct fv_session *s, const struct fv_config *c, bool adapts, double p99_ms)
+static void print_hint(const struct fv_session *s, const struct fv_config *c, const struct fv_hints *hints,
+                       double p99_ms)
 {
     char rate[80] = "";
     double hz = floor(1000 / p99_ms);
-    if (100 * s->missed <= s->frames) return;
+    if (100 * s->missed <= s->frames || hints->replayed) return;
     if (hz >= 1 && hz < c->budget_hz)
         snprintf(rate, sizeof rate, "; as it is, 99 %% of the frames would hold budget.hz=%.0f", hz);
     bool adapted = strcmp(c->budget_adapt, "on") == 0;
-    if (!adapts)
+    if (!hints->adapts)
         fv_log("late frames: --set method.name=reproject --set budget.adapt=on fits the work to the budget%s",
                rate);
     else if (!adapted)
@@ -65,8 +66,8 @@ static void print_hint(const struct fv_session *s, const struct fv_config *c, bo
     else if (2 * s->missed > s->frames) fv_log("late frames: the smallest level is too dear, too%s", rate);
 }
 
-void fv_progress_close(const struct fv_session *s, const struct fv_config *config, bool adapts,
-                       const char *out)
+void fv_progress_close(const struct fv_session *s, const struct fv_config *config,
+                       const struct fv_hints *hints, const char *out)
 {
     const struct fv_column *frame_ms = &fv_columns[FV_COLUMN_FRAME_MS];
     double p50 = fv_column_percentile(s, frame_ms, 0, fv_recorded(s), 50);
@@ -79,5 +80,5 @@ void fv_progress_close(const struct fv_session *s, const struct fv_config *confi
            (long long)s->cut_frames, out);
     if (s->frames > s->capacity)
         fv_log("times in the reports and the plots are of the first %lld frames", (long long)s->capacity);
-    print_hint(s, config, adapts, p99);
+    print_hint(s, config, hints, p99);
 }

@@ -34,7 +34,8 @@ static bool same_folder(const char *a, const char *b)
 static int take_settings(struct fv_config_request *r, const char *settings, const char *head,
                          const char *gaze)
 {
-    const char *const first[] = {"eye.source=tape", "imu.source=tape", gaze, head};
+    const char *const first[] = {"eye.source=tape",         "imu.source=tape",        gaze, head, "threads.fifo=0",
+                                 "threads.lock_memory=off", "threads.cpu_latency_us=-1"};
     enum { FIRST = sizeof first / sizeof first[0] };
     if (r->files == 16 || r->sets + FIRST + 1 > 64) return -1;
     for (int i = r->files++; i > 0; i--) r->file[i] = r->file[i - 1];

@@ -12,6 +12,7 @@
 #include "platform/log.h"
 #include "sensors/sensors.h"
 
+#include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -20,12 +21,12 @@ struct run {
     struct fv_setup setup;
     struct fv_display *display;
     struct fv_picture picture;
-    bool pictured;      /* `picture` holds a frame */
-    int64_t frames;     /* asked for; -1: until a signal */
+    bool pictured;                      /* `picture` holds a frame */
+    int64_t frames;                     /* asked for; -1: until a signal */
     const struct fv_decision *decision; /* replay: what was decided for ... */
     int64_t decided;                    /* ... so many frames */
-    int64_t shown_ns;   /* when the progress line was last written */
-    float gaze_latency_ms; /* of the newest latch */
+    int64_t shown_ns;                   /* when the progress line was last written */
+    float gaze_latency_ms;              /* of the newest latch */
     int exit_code;
 };
 
@@ -46,7 +47,8 @@ static void latch(void *context, int64_t now_ns, int64_t show_ns, struct fv_pose
     fv_setup_latch(&r->setup, now_ns, show_ns, &relative, &g, head);
     fv_record_latch(show_ns, &relative, &g);
     memcpy(gaze, g.direction, sizeof g.direction);
-    r->gaze_latency_ms = (float)((double)(now_ns - g.t_ns) * 1e-6);
+    /* Without a sample it is of the time that is asked for. */
+    r->gaze_latency_ms = now_ns >= g.t_ns ? (float)((double)(now_ns - g.t_ns) * 1e-6) : NAN;
     *uncertainty_deg = g.uncertainty_deg;
 }
 
@@ -60,7 +62,9 @@ static void present(void *context, const struct fv_frame *f)
 {
     struct run *r = context;
     struct fv_error error;
-    r->picture = (struct fv_picture){.eyes = f->eyes, .width = f->width, .height = f->height,
+    r->picture = (struct fv_picture){.eyes = f->eyes,
+                                     .width = f->width,
+                                     .height = f->height,
                                      .stride_bytes = 4 * f->stride,
                                      .pixels = {f->buffer[FV_PICTURE][0], f->buffer[FV_PICTURE][1]}};
     r->pictured = true;
@@ -106,12 +110,16 @@ static int read_decisions(struct run *r, const struct fv_arguments *a, struct fv
     return a->recorded > 0 ? fv_decisions_read(&r->decision, a->decisions, &of, error) : 0;
 }
 
-/* From here on a run that is told to end leaves its report; before, nothing at all. */
+/* From here on a run that is told to end leaves its report; before, nothing at all. Hanging up ends it only
+ * where nobody asked that it should not (nohup). */
 static void heed_signals(void)
 {
     static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
     struct sigaction action = {.sa_handler = on_signal};
-    for (int i = 0; i < 3; i++) sigaction(ending[i], &action, NULL);
+    struct sigaction before;
+    for (int i = 0; i < 3; i++)
+        if (sigaction(ending[i], NULL, &before) || before.sa_handler != SIG_IGN || ending[i] != SIGHUP)
+            sigaction(ending[i], &action, NULL);
 }
 
 /* All that a run needs before the first frame; OUT is made once all that it does not hold is there. */
@@ -204,6 +212,7 @@ int fv_verb_run(const struct fv_arguments *a)
     fv_loop_run(&r.setup.loop, &io, r.frames);
     fill_session(&r);
     write_reports(&r, a->out);
-    fv_progress_close(&r.setup.session, &r.setup.config, r.setup.plan.method->levels > 1, a->out);
+    fv_progress_close(&r.setup.session, &r.setup.config,
+                      &(struct fv_hints){r.setup.plan.method->levels > 1, r.decided > 0}, a->out);
     return r.exit_code;
 }

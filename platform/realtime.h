@@ -38,7 +38,8 @@ struct fv_realtime_row {
 /* What is asked for, without asking: fills FV_REALTIME_EXTRAS rows. */
 void fv_realtime_ask(const struct fv_realtime_request *request, struct fv_realtime_row *row);
 
-/* Asks the system, once, when the workers run and all memory is taken, but before the heap is sealed; the
+/* Asks the system, once, when the workers run and all memory is taken (what is taken later is not locked), but
+ * before the heap is sealed; the
  * calling thread is worker 0. Fills FV_REALTIME_EXTRAS rows, and logs a line for each that is refused.
  * - SCHED_FIFO is also refused where busy workers could take every core for good: where the kernel does not
  *   bound real-time threads (sched_rt_runtime_us of -1) and no core is left. Threads started later are

@@ -100,10 +100,10 @@ int fv_budget_begin(struct fv_budget *b, struct fv_frame *f, int level, const st
 }
 
 /* What stage i may take; *expected_ns: what it is expected to. */
-static struct fv_stage_limit limit_of(const struct fv_budget *b, int i, double *expected_ns)
+static struct fv_stage_limit limit_of(const struct fv_budget *b, int i, bool whole, double *expected_ns)
 {
     const struct fv_control *c = &b->control;
-    struct fv_stage_limit limit = {.done = -1, .stand_in_ns = b->stand_in_ns[i].held};
+    struct fv_stage_limit limit = {.done = -1, .stand_in_ns = b->stand_in_ns[i][whole].held};
     *expected_ns = stage_ns(b, b->sample.level, &b->sample.expected, i);
     limit.deadline_ns = b->deadline_ns - llround(b->straggle_ns + b->present_ns.held);
     /* As if a tenth of the period had gone as expected: a frame that has hardly begun tells little. */
@@ -135,15 +135,17 @@ static void learn_straggle(struct fv_budget *b, int64_t end_ns)
 void fv_budget_stage(struct fv_budget *b, struct fv_frame *f, int i, int done, struct fv_stage_result *r)
 {
     struct fv_stage_limit limit = {.done = done};
+    bool whole = !f->has_history || f->parameters.foveal.p_min >= 1;
     double expected_ns = 0;
-    if (b->deadline_ns) limit = limit_of(b, i, &expected_ns);
+    if (b->deadline_ns) limit = limit_of(b, i, whole, &expected_ns);
     fv_schedule_run(&b->schedule, f, b->plan->pass[i], &limit, r);
     b->expected_ns += expected_ns;
     b->expected_cpu_ns += expected_ns * b->control.workers / fv_control_stretch(&b->control) * r->done /
                           (r->done + r->cut + 1e-9);
     b->cut |= r->cut > 0;
     if (r->cut > 0)
-        fv_peak_learn(&b->stand_in_ns[i], (double)r->stand_in_ns / r->cut / b->schedule.workers->count);
+        fv_peak_learn(&b->stand_in_ns[i][whole],
+                      (double)r->stand_in_ns / r->cut / b->schedule.workers->count);
     for (int k = 0; k < 2; k++) {
         b->sample.done.units[2 * i + k] = r->units[k];
         b->sample.cpu_ns[2 * i + k] = r->unit_cpu_ns[k];

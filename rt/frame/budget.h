@@ -20,7 +20,8 @@ struct fv_budget {
     struct fv_control control;
     struct fv_schedule schedule;
     struct fv_work expected[FV_LEVELS_MAX], least; /* of this frame */
-    struct fv_peak stand_in_ns[FV_COST_STAGES];    /* wall time of one, of all workers together */
+    struct fv_peak stand_in_ns[FV_COST_STAGES][2]; /* wall time of one, of all workers together; 1: where the
+                                                      whole frame is sampled, so that none is reprojected */
     struct fv_peak present_ns;
     double straggle_ns; /* how long the last tiles run on after a stage is closed: falls by 1/128 a frame */
     double over_ns[FV_OVERS]; /* that of the newest frames, 0 where they were not cut */

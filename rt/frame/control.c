@@ -5,7 +5,7 @@
 #include <math.h>
 
 /* Beyond these no number is a measurement: 11 days, and units of a frame. They keep every product finite. */
-static const double time_max_ns = 1e15, units_max = 1e15, price_max_ns = 1e12, stretch_max = 16;
+static const double time_max_ns = 1e15, units_max = 1e15, price_max_ns = 1e12, stretch_max = 14;
 static const double factor_max = 16, correction_max = 2;
 
 static const double room = 0.9;              /* share of the budget that a raise may be predicted to take */
@@ -89,7 +89,8 @@ static void fade_towards(struct fv_peak *peak, double guess)
  * at another. */
 static void follow(struct fv_peak *peak, double other_was, double other_is, int cost)
 {
-    if (other_was > 0 && other_is > 0) peak->held = fmin(peak->held * other_is / other_was, price_max_ns);
+    if (!(other_is > 0)) return;
+    if (other_was > 0) peak->held = fmin(peak->held * other_is / other_was, price_max_ns);
     fade_towards(peak, other_is * (cost & 1 ? 1 : sparse_dense));
 }
 
@@ -269,7 +270,9 @@ void fv_control_learn(struct fv_control *control, const struct fv_cost_sample *s
         else learn_mean(peak, within(came, 1 / correction_max, correction_max));
     }
     double wall_ns = sound(sample->wall_ns, time_max_ns), cpu_ns = sound(sample->total_cpu_ns, time_max_ns);
-    double stretched = sound(wall_ns * control->workers / cpu_ns / factor[FV_STRETCH], stretch_max);
+    /* Workers that take turns on fewer cores stretch it by their number; what lies beyond is none. */
+    double most = stretch_max + control->workers;
+    double stretched = sound(wall_ns * control->workers / cpu_ns / factor[FV_STRETCH], most);
     if (stretched > 0) fv_peak_learn(&control->stretch, fmax(stretched, 1));
     if (sample->level != control->level || (sample->cut && sample->hurried)) return;
     if (sample->cut) control->cuts = least_of(control->cuts + 2, CUTS_MAX);

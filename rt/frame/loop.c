@@ -140,6 +140,7 @@ static void render(struct fv_loop *loop, const struct fv_pose *head, const doubl
     r->periods = b->deadline_ns ? b->control.periods : 1;
     int64_t begun_ns = fv_clock_now_ns(loop->clock);
     r->control_ms = (float)((double)(begun_ns - latched_ns) * 1e-6);
+    fv_trace_add(loop->trace, 0, "control", r->frame, latched_ns, begun_ns);
     if (!deadline_ns) deadline_ns = start_ns + r->periods * loop->period_ns;
     for (int i = 0; i < loop->plan->passes; i++) {
         fv_budget_stage(b, f, i, decided ? decided->done[i] : -1, &stage);
@@ -156,7 +157,6 @@ static void render(struct fv_loop *loop, const struct fv_pose *head, const doubl
     r->cut = b->cut;
     r->missed = r->frame_ms > loop->session->period_ms;
     record_counts(loop, r);
-    fv_trace_add(loop->trace, 0, "control", r->frame, latched_ns, begun_ns);
 }
 
 void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3],
@@ -170,6 +170,8 @@ void fv_loop_restart(struct fv_loop *loop)
 {
     loop->frame.number = 0;
     loop->frame.has_history = false;
+    loop->frame.edge_share = loop->frame.failed_share = 0;
+    memset(loop->budget.schedule.waited, 0, (size_t)loop->frame.tiles);
     loop->head = (struct fv_pose){.rotation = {1, 0, 0, 0}};
 }
 
@@ -183,6 +185,9 @@ static int64_t wait_for_turn(struct fv_loop *loop, int64_t *deadline_ns)
     int64_t need_ns = needs_ns > 0 && needs_ns < (double)period_ns ? llround(needs_ns) : period_ns;
     int64_t start_ns = fv_pace_aim(&loop->pace, fv_clock_now_ns(clock), need_ns, periods);
     if (start_ns > fv_clock_now_ns(clock)) fv_clock_sleep_until_ns(clock, start_ns);
+    /* Held up until its flip was over: it is for the next one that is still to come. */
+    if (fv_clock_now_ns(clock) >= fv_pace_deadline_ns(&loop->pace))
+        fv_pace_done(&loop->pace, fv_clock_now_ns(clock) + 1);
     *deadline_ns = fv_pace_deadline_ns(&loop->pace);
     return fv_pace_shown_ns(&loop->pace);
 }
@@ -224,16 +229,18 @@ static void sum_rings(const struct fv_loop *loop)
 void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t frames)
 {
     struct fv_session *s = loop->session;
-    loop->pace.epoch_ns = fv_clock_now_ns(loop->clock);
+    loop->pace = (struct fv_pace){.epoch_ns = fv_clock_now_ns(loop->clock), .period_ns = loop->period_ns};
     for (int64_t n = 0; frames < 0 || n < frames; n++) {
         struct fv_frame_record record;
         struct fv_decision decided;
         struct fv_pose head;
         double gaze[2][3], uncertainty_deg;
         bool replayed = io->decided && io->decided(io->context, n, &decided), paced = loop->vsync && !replayed;
-        int64_t deadline_ns = 0, t_ns = replayed ? decided.t_ns : n * loop->period_ns, now_ns = t_ns;
+        int64_t lost = 0, deadline_ns = 0, t_ns = replayed ? decided.t_ns : n * loop->period_ns, now_ns = t_ns;
         if (paced) {
+            int64_t before = loop->pace.flip;
             t_ns = wait_for_turn(loop, &deadline_ns);
+            lost = n > 0 ? loop->pace.flip - before - 1 : 0;
             now_ns = fv_clock_now_ns(loop->clock) - loop->pace.epoch_ns;
         }
         int64_t start_ns = fv_clock_now_ns(loop->clock);
@@ -245,8 +252,8 @@ void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t fram
             present(loop, &record, deadline_ns ? deadline_ns : start_ns + record.periods * loop->period_ns);
         if (paced) {
             int64_t late = fv_pace_done(&loop->pace, fv_clock_now_ns(loop->clock));
-            s->skipped += late + record.periods - 1;
-            record.missed = late > 0 || record.periods > 1;
+            s->skipped += late + lost;
+            record.missed = late + lost > 0;
         }
         if (wanted) io->present(io->context, &loop->frame);
         loop->frame.number++;

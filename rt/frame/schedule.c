@@ -11,7 +11,7 @@ enum {
     BUCKETS = 256,      /* of an order, first ones first: */
     MUST = 0,
     WITHIN_R0 = 1,
-    OTHERS = 2,
+    OTHERS = 94,
     NO_WORK = BUCKETS - 1,
     CLOSED = 1 << 30,
     BATCH = 16 /* tiles taken at once where none may be left out */
@@ -128,15 +128,17 @@ static uint8_t bucket_of_need(const struct fv_schedule *s, const struct fv_frame
     float e = s->eccentricity_deg[tile];
     if (degree_of(e) <= degree_of(FV_FOVEA_DEG + s->radius_deg)) return MUST;
     if (selected && !selected[tile]) return NO_WORK;
-    if (e + s->radius_deg <= f->parameters.foveal.r0_deg) return WITHIN_R0;
-    int blocks = selected ? __builtin_popcountll(selected[tile]) : 1;
-    int failed = selected ? f->failed_blocks[tile] : 0;
+    bool within = e + s->radius_deg <= f->parameters.foveal.r0_deg;
+    int blocks = selected && !within ? __builtin_popcountll(selected[tile]) : 1;
+    int failed = selected && !within ? f->failed_blocks[tile] : 0;
     float need = 1 + 7 * (float)(failed < blocks ? failed : blocks) / (float)blocks;
     float weight = need * (float)(1 + s->waited[tile]) * 2.3f / (2.3f + e);
     uint32_t bits;
     memcpy(&bits, &weight, sizeof bits);
-    int later = NO_WORK - 1 - (int)(bits >> 20) + (121 << 3); /* weights from 2^-6 on */
-    return (uint8_t)(later < OTHERS ? OTHERS : later > NO_WORK - 1 ? NO_WORK - 1 : later);
+    /* Weights lie between 2^-6 and 2^11; within r0, where need is 1, below 2^8. */
+    int first = within ? WITHIN_R0 : OTHERS, last = (within ? OTHERS : NO_WORK) - 1;
+    int later = first + (within ? 134 << 3 : 138 << 3) - (int)(bits >> 20);
+    return (uint8_t)(later < first ? first : later > last ? last : later);
 }
 
 /* The tiles that have work, in order; returns their number. */
@@ -317,7 +319,7 @@ void fv_schedule_run(struct fv_schedule *s, struct fv_frame *f, const struct fv_
     if (by_need) {
         g.tiles = order_by_need(s, f);
         g.order = s->by_need;
-        for (g.foveal = 0; g.foveal < g.tiles && s->bucket[s->by_need[g.foveal]] <= WITHIN_R0;) g.foveal++;
+        for (g.foveal = 0; g.foveal < g.tiles && s->bucket[s->by_need[g.foveal]] < OTHERS;) g.foveal++;
         g.must = s->must;
     }
     if (!cuttable) {

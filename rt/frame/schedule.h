@@ -6,7 +6,7 @@
  * are always the queue's first ones, so that their number alone makes the same frame again.
  *
  * Orders: nearest to the gaze first; or, where samples are traced, first the tiles of the fovea
- * (FV_FOVEA_DEG), then those within r0, then by what their absence would cost a ray: acuity at their
+ * (FV_FOVEA_DEG), then those within r0, then the others, both by what their absence would cost a ray: acuity at their
  * eccentricity (1 / (1 + e / 2.3 degrees), cortical magnification as in Guenter et al. 2012) x frames that
  * they have waited x need (parts that no history reached count 8 times). */
 #ifndef FV_FRAME_SCHEDULE_H
@@ -62,7 +62,7 @@ void fv_schedule_take(struct fv_schedule *schedule, struct fv_frame *frame, stru
 /* Once a frame, its views being set: eccentricities, rings and the order by gaze. */
 void fv_schedule_look(struct fv_schedule *schedule, const struct fv_frame *frame);
 
-/* Least work that a frame can do without: units of every pass that cannot be cut, and of the tiles that
+/* Least work that makes a frame: all of every pass but those that trace samples, and of these the tiles that
  * must be worked at. `expected`: all of the pass. */
 void fv_schedule_least(const struct fv_schedule *schedule, const struct fv_pass *pass,
                        const double expected[2], double least[2]);

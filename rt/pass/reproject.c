@@ -73,7 +73,7 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
     float w = ((const float *)f->buffer[FV_SUPPORT_DEPTH][e])[node], to[3];
     const struct fv_map *map = &f->map[e];
     float x = (float)(tile->x0 + middle), y = (float)(tile->y0 + middle);
-    if (!(w >= 0)) w = 0;
+    if (!(w >= 0 && w <= FV_INVERSE_DEPTH_MAX)) w = 0;
     for (int i = 0; i < 3; i++) to[i] = map->m[i][0] * x + map->m[i][1] * y + map->m[i][2] + map->t[i] * w;
     float dx = to[2] > 1e-4f ? to[0] / to[2] - x : 0, dy = to[2] > 1e-4f ? to[1] / to[2] - y : 0;
     int moved_x = fabsf(dx) < 16384 ? (int)lroundf(dx) : 0,

@@ -197,7 +197,8 @@ static inline void plant_count(struct plant_numbers *r, int64_t n, int level, do
 
 /* What a plant may do in 10,000 frames: deadlines missed; levels changed later than ten frames after what it
  * is like has changed. `settles`: one in a hundred times may it take longer than ten frames until the level
- * is within one of where it ends. */
+ * is within one of where it ends. In all of them frames must use half of their budget on average, so that
+ * being too careful is a fault too, and at most one in twenty may be cut. */
 struct plant_limits {
     const char *what;
     plant_function *function;
@@ -210,6 +211,7 @@ static inline bool plant_report(const struct plant_limits *of, const struct plan
 {
     double all = (double)r->frames, each = 1e4 / all, limits = fmax(1, 1e-4 * all);
     bool fine = (double)r->missed <= limits * of->missed && (double)r->changes <= limits * of->changes &&
+                r->used >= 0.5 * all && (double)r->cut <= 0.05 * all &&
                 (!of->settles || r->slow <= r->segments / 100);
     char settled[16] = "-";
     if (of->settles) snprintf(settled, sizeof settled, "%lld", (long long)r->settled);
