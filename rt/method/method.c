@@ -6,7 +6,8 @@
 /* Supersampling: each level twice the samples of the one before. */
 static void full_parameters(const struct fv_config *config, int level, struct fv_parameters *out)
 {
-    *out = (struct fv_parameters){.foveal = {180, 180, 1}, .spp = (int)config->method_spp << level,
+    *out = (struct fv_parameters){.foveal = {180, 180, 1},
+                                  .spp = (int)config->method_spp << level,
                                   .spacing = (int)config->method_support};
 }
 
@@ -16,17 +17,20 @@ static const struct {
     float p_min, radius; /* radius: of what the settings say */
     int support;         /* the same, of the spacing */
 } reproject_levels[] = {
-    {1, 1, 1}, {0.4f, 1, 1}, {0.2f, 1, 1}, {0.1f, 1, 1}, {0.05f, 1, 1}, {0.02f, 1, 1}, {0.01f, 0.6f, 1}, {0.01f, 0.26f, 2},
+    {1, 1, 1},     {0.4f, 1, 1},     {0.2f, 1, 1},      {0.1f, 1, 1},      {0.05f, 1, 1},
+    {0.02f, 1, 1}, {0.01f, 0.6f, 1}, {0.01f, 0.26f, 1}, {0.01f, 0.26f, 2},
 };
 enum { REPROJECT_LEVELS = 1 + sizeof reproject_levels / sizeof reproject_levels[0] };
 
 /* r0 is never below the fovea nor below what the settings ask for, where that is less. */
 static void reproject_parameters(const struct fv_config *config, int level, struct fv_parameters *out)
 {
-    struct fv_foveal f = {(float)config->fovea_inner_deg, (float)config->fovea_outer_deg, (float)config->fovea_p_min};
+    struct fv_foveal f = {(float)config->fovea_inner_deg, (float)config->fovea_outer_deg,
+                          (float)config->fovea_p_min};
     int spacing = (int)config->method_support;
     if (level > 0) {
-        float floor_deg = f.r0_deg < FV_FOVEA_DEG ? f.r0_deg : FV_FOVEA_DEG, scale = reproject_levels[level - 1].radius;
+        float floor_deg = f.r0_deg < FV_FOVEA_DEG ? f.r0_deg : FV_FOVEA_DEG,
+              scale = reproject_levels[level - 1].radius;
         f.r0_deg = f.r0_deg * scale > floor_deg ? f.r0_deg * scale : floor_deg;
         f.r1_deg = f.r1_deg * scale > f.r0_deg ? f.r1_deg * scale : f.r0_deg;
         f.p_min = reproject_levels[level - 1].p_min;
@@ -36,10 +40,17 @@ static void reproject_parameters(const struct fv_config *config, int level, stru
 }
 
 static const struct fv_method table[] = {
-    {"full", "every pixel, method.spp samples each: the baseline and, at many samples, the reference",
-     {&fv_pass_sample_all}, 1, 5, full_parameters},
-    {"reproject", "foveated sampling over the last frame's reprojected picture (Weier et al. 2016)",
-     {&fv_pass_select, &fv_pass_support, &fv_pass_reproject, &fv_pass_sample}, REPROJECT_LEVELS, REPROJECT_LEVELS,
+    {"full",
+     "every pixel, method.spp samples each: the baseline and, at many samples, the reference",
+     {&fv_pass_sample_all},
+     1,
+     5,
+     full_parameters},
+    {"reproject",
+     "foveated sampling over the last frame's reprojected picture (Weier et al. 2016)",
+     {&fv_pass_select, &fv_pass_support, &fv_pass_reproject, &fv_pass_sample},
+     REPROJECT_LEVELS,
+     REPROJECT_LEVELS,
      reproject_parameters},
 };
 

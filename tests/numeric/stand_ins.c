@@ -121,7 +121,7 @@ static const struct {
     const char *support;
     int level;
 } settings[] = {
-    {"method.support=8", 0}, {"method.support=4", 0}, {"method.support=8", 8}, {"method.support=8", 1}};
+    {"method.support=8", 0}, {"method.support=4", 0}, {"method.support=8", 9}, {"method.support=8", 1}};
 enum { SETTINGS = sizeof settings / sizeof settings[0] };
 
 static void still(void **state)

@@ -100,7 +100,7 @@ static const struct {
     {"echo 23 >tape/frames", "", "decisions.csv:26: more rows than the 23 frames"},
     {"echo 25 >tape/frames", "", "decisions.csv:26: fewer rows than the 25 frames"},
     {"echo 9223372036854775807 >tape/frames", "--frames 3", "fewer rows"},
-    {"sed -i 7s/,[1-9],/,9,/ tape/decisions.csv", "", "decisions.csv:7: level 9; must be 0 to 8"},
+    {"sed -i 7s/,[1-9],/,10,/ tape/decisions.csv", "", "decisions.csv:7: level 10; must be 0 to 9"},
     {"sed -i 7s/,[1-9],/,-3,/ tape/decisions.csv", "", "decisions.csv:7: the level is not a number"},
     {"sed -i 7s/,[1-9],/,,/ tape/decisions.csv", "", "decisions.csv:7: the level is not a number"},
     {"sed -i 7s/$/000000/ tape/decisions.csv", "", "decisions.csv:7: "},
