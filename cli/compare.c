@@ -92,7 +92,7 @@ int fv_verb_compare(const struct fv_arguments *a)
     uint8_t *zone = fv_arena_take(fv_arena(), "zones", (size_t)width * (size_t)height, 64);
     struct fv_metrics *metrics = fv_metrics_open(width, height, a->ppd);
     fv_zones_of_picture(width, height, gaze_x, gaze_y, focal_px, zone);
-    fv_workers_start(&workers, fv_threads_cores(), false);
+    fv_workers_start(&workers, fv_threads_cores());
     fv_metrics_compare(metrics, &workers, &picture[0], &picture[1], zone, &errors);
     if (fv_writer_open(&out, "-", &error)) return FV_EXIT_NOT_HELD;
     print_errors(&out, &errors);

@@ -42,7 +42,7 @@ int fv_setup_start(struct fv_setup *s, bool gaze, struct fv_error *error)
     needed = s->config;
     if (!gaze) strcpy(needed.eye_source, "none");
     if (fv_sensors_open(&s->sensors, &needed, error)) return -1;
-    fv_workers_start(&s->workers, s->plan.workers, false);
+    fv_workers_start(&s->workers, s->plan.workers);
     return 0;
 }
 

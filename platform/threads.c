@@ -4,7 +4,6 @@
 #include "platform/threads.h"
 
 #include "platform/arena.h"
-#include "platform/log.h"
 
 #include <assert.h>
 #include <errno.h>
@@ -105,7 +104,7 @@ int fv_workers_pin(const struct fv_workers *w, struct fv_error *error)
     return fv_error_set(error, "worker %d: %s", worker, strerror(refused));
 }
 
-int fv_workers_start(struct fv_workers *w, int count, bool pin)
+int fv_workers_start(struct fv_workers *w, int count)
 {
     assert(count >= 1 && count <= FV_WORKERS_MAX);
     *w = (struct fv_workers){.count = 1};
@@ -122,8 +121,6 @@ int fv_workers_start(struct fv_workers *w, int count, bool pin)
         if (failed) break;
         w->count++;
     }
-    struct fv_error error;
-    if (pin && fv_workers_pin(w, &error)) fv_log("workers stay unpinned: %s", error.text);
     return w->count;
 }
 

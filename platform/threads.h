@@ -31,10 +31,10 @@ struct fv_workers {
 /* Number of cores that this process may run on. */
 int fv_threads_cores(void);
 
-/* Starts `count` - 1 threads (1 to FV_WORKERS_MAX), their stacks taken from the arena; pins
- * each worker to a core of its own where `pin` is set. Denormals are off in every worker.
+/* Starts `count` - 1 threads (1 to FV_WORKERS_MAX), their stacks taken from the arena.
+ * Denormals are off in every worker.
  * Returns the number that could be started (at least 1). */
-int fv_workers_start(struct fv_workers *workers, int count, bool pin);
+int fv_workers_start(struct fv_workers *workers, int count);
 
 /* Pins each worker to a core of its own, of those that the process may run on. Returns 0, or -1 with the
  * reason in `error`; then none is pinned. */

@@ -99,6 +99,12 @@ int fv_budget_begin(struct fv_budget *b, struct fv_frame *f, int level, const st
     return level;
 }
 
+/* CPU time of all workers in a wall time of theirs. */
+static double cpu_of(const struct fv_control *c, double wall_ns)
+{
+    return wall_ns * c->workers / fv_control_stretch(c);
+}
+
 /* What stage i may take; *expected_ns: what it is expected to. */
 static struct fv_stage_limit limit_of(const struct fv_budget *b, int i, bool whole, double *expected_ns)
 {
@@ -111,7 +117,7 @@ static struct fv_stage_limit limit_of(const struct fv_budget *b, int i, bool who
     if (b->expected_cpu_ns > 0)
         limit.dearer = (b->sample.total_cpu_ns + usual_ns) / (b->expected_cpu_ns + usual_ns);
     if (b->plan->pass[i]->order == FV_ORDER_GAZE)
-        limit.tile_cpu_ns = *expected_ns * c->workers / fv_control_stretch(c) / b->schedule.tiles;
+        limit.tile_cpu_ns = cpu_of(c, *expected_ns) / b->schedule.tiles;
     for (int k = 2 * (i + 1); k < 2 * b->plan->passes; k++)
         limit.follow_ns += b->least.units[k] * fv_control_price_ns(c, k);
     return limit;
@@ -139,10 +145,10 @@ void fv_budget_stage(struct fv_budget *b, struct fv_frame *f, int i, int done, s
     double expected_ns = 0;
     if (b->deadline_ns) limit = limit_of(b, i, whole, &expected_ns);
     fv_schedule_run(&b->schedule, f, b->plan->pass[i], &limit, r);
-    b->expected_ns += expected_ns;
-    b->expected_cpu_ns += expected_ns * b->control.workers / fv_control_stretch(&b->control) * r->done /
-                          (r->done + r->cut + 1e-9);
     b->cut |= r->cut > 0;
+    if (!b->deadline_ns) return; /* nothing to learn from */
+    b->expected_ns += expected_ns;
+    b->expected_cpu_ns += cpu_of(&b->control, expected_ns) * r->done / (r->done + r->cut + 1e-9);
     if (r->cut > 0)
         fv_peak_learn(&b->stand_in_ns[i][whole],
                       (double)r->stand_in_ns / r->cut / b->schedule.workers->count);
@@ -152,7 +158,7 @@ void fv_budget_stage(struct fv_budget *b, struct fv_frame *f, int i, int done, s
     }
     b->sample.total_cpu_ns += (double)r->cpu_ns;
     b->sample.wall_ns += (double)(r->end_ns - r->start_ns);
-    if (b->deadline_ns && i + 1 == b->plan->passes) learn_straggle(b, r->end_ns);
+    if (i + 1 == b->plan->passes) learn_straggle(b, r->end_ns);
 }
 
 void fv_budget_end(struct fv_budget *b, struct fv_frame *f)
@@ -167,9 +173,10 @@ void fv_budget_end(struct fv_budget *b, struct fv_frame *f)
         f->edge_share = (float)edges / (float)reprojected;
         f->failed_share = (float)failed / (float)reprojected;
     }
+    if (!b->deadline_ns) return;
     b->sample.cut = b->cut;
     b->lead = b->cut && b->sample.hurried ? fmin(1.25 * b->lead, 16) : b->lead - (b->lead - 1) / 64;
-    if (b->deadline_ns) fv_control_learn(&b->control, &b->sample);
+    fv_control_learn(&b->control, &b->sample);
 }
 
 void fv_budget_presented(struct fv_budget *b, double ns)

@@ -104,7 +104,7 @@ void fv_control_open(struct fv_control *control, int first, int last, int worker
                                    .level = last,
                                    .periods = 1};
     for (int i = 0; i < FV_LEVELS_MAX; i++)
-        control->memory[i] = (struct fv_level_memory){{1, 1, 1}, .caution = 1};
+        control->memory[i] = blank;
 }
 
 /* Which of a peak's values is asked for. */

@@ -28,7 +28,6 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
     fv_plan_take(plan, f, workers->count);
     loop->trace = fv_trace_create(workers->count);
     loop->period_ns = llround(1e9 / config->budget_hz);
-    loop->pace = (struct fv_pace){.period_ns = loop->period_ns};
     loop->vsync = strcmp(config->budget_pace, "vsync") == 0;
     fv_budget_open(&loop->budget, config, plan, f, workers, loop->clock, loop->trace);
     *session = (struct fv_session){.scene = tracer->data->name,

@@ -358,7 +358,7 @@ static void speed_of_two(struct taped *t, struct spread *speed, struct spread *i
     static struct runner one, two;
     static struct fv_workers alone;
     double ratio[POSES], idle_share[POSES];
-    fv_workers_start(&alone, 1, false);
+    fv_workers_start(&alone, 1);
     one.config = two.config = t->setup.config;
     runner_open(&one, t, "full", "off", 100, &alone);
     runner_open(&two, t, "full", "off", 100, &t->setup.workers);

@@ -104,7 +104,8 @@ static void open_all(struct fv_config *config, struct fv_scene *scene, struct fv
         fail_msg("%s", error.text);
     fv_frame_size(&loop->frame, config);
     fv_plan_make(&plan, fv_method_find("full"), scene, config, &loop->frame);
-    fv_workers_start(workers, 2, true);
+    fv_workers_start(workers, 2);
+    if (fv_workers_pin(workers, &error)) print_message("workers stay unpinned: %s\n", error.text);
     fv_loop_open(loop, config, &plan, tracer, workers, &session, 1);
 }
 

@@ -273,7 +273,7 @@ static void what_is_left_out_takes_no_memory(void **state)
 static int start_worker(void **state)
 {
     (void)state;
-    return fv_workers_start(&workers, 1, false) != 1;
+    return fv_workers_start(&workers, 1) != 1;
 }
 
 int main(int argc, char **argv)

@@ -31,7 +31,7 @@ static void open_bench(struct bench *b, const char *scene, const char *library)
     if (fv_config_load(&b->config, &request, &error) || fv_scene_load(&b->scene, &b->config, &error) ||
         fv_tracer_open(&b->tracer, &b->scene, &b->config, &error))
         fail_msg("%s", error.text);
-    fv_workers_start(&b->workers, 2, false);
+    fv_workers_start(&b->workers, 2);
     for (int m = 0; m < METHODS; m++) {
         b->config.method_spp = m == MANY ? 64 : 1;
         struct fv_loop *l = &b->loop[m];

@@ -75,7 +75,7 @@ static void a_room(void **state)
     for (int w = 0; w < 2; w++) small_plate(&s, walls[w], walls[w] + 3, walls[w] + 6, 3, m);
     small_finish(&s);
     struct fv_view view = small_view(at, no_turn, 30, 201);
-    fv_workers_start(&workers, 2, false);
+    fv_workers_start(&workers, 2);
     assert_int_equal(fv_depth_measure(&s.tracer, &view, &workers, row, NULL), FV_DEPTH_ROWS);
     for (int i = 0; i < FV_DEPTH_ROWS; i++) {
         assert_int_equal(row[i].spacing, 4 << i / FV_DEPTH_METHODS);

@@ -5,7 +5,7 @@
 #include "sensors/sensors.h"
 #include "sensors/tape.h"
 #include "tests/support/long_rotation.h"
-#include "tests/support/program.h"
+#include "tests/support/opened_sensors.h"
 #include "tests/support/random.h"
 
 #include <float.h>
@@ -13,27 +13,6 @@
 #define COUNT(table) (sizeof table / sizeof table[0])
 static const int64_t ms = 1000000, day_ns = INT64_C(86400000000000), period_ns = 13333333;
 static const double degree = M_PI / 180;
-
-static struct fv_config *settings(const char *eye, const char *imu)
-{
-    static struct fv_config config;
-    memset(&config, 0, sizeof config);
-    snprintf(config.eye_source, sizeof config.eye_source, "%s", eye);
-    snprintf(config.imu_source, sizeof config.imu_source, "%s", imu);
-    snprintf(config.eye_tape, sizeof config.eye_tape, "%s/gaze.csv", program_folder());
-    snprintf(config.imu_tape, sizeof config.imu_tape, "%s/head.csv", program_folder());
-    strcpy(config.imu_predict, "decay");
-    config.eye_seed = 3, config.imu_seed = 4, config.eye_hold_ms = 1000, config.eye_noise_deg = 0.3;
-    return &config;
-}
-
-static struct fv_sensors *opened(const struct fv_config *config)
-{
-    struct fv_sensors *sensors = NULL;
-    struct fv_error error;
-    if (fv_sensors_open(&sensors, config, &error)) fail_msg("%s", error.text);
-    return sensors;
-}
 
 /* What is shown as soon as it is known. */
 static void latch(struct fv_sensors *s, int64_t t_ns, struct fv_pose *head, struct fv_gaze *gaze)
@@ -98,7 +77,7 @@ static void ten_million_latches(void **state)
     for (int i = 0; i < ROWS; i++) t_ns[i] = i * (15 * period_ns / ROWS);
     write_gazes(ROWS, t_ns, right_deg);
     write_heads(150, period_ns / 10, 2.6666);
-    struct fv_sensors *s = opened(settings("tape", "tape"));
+    struct fv_sensors *s = opened(sensor_settings("tape", "tape", 3, 4));
     struct fv_pose head;
     struct fv_gaze gaze;
     int64_t held = 0;
@@ -125,7 +104,7 @@ static void ten_million_latches(void **state)
     for (int64_t rounds = 1; rounds <= 100; rounds *= 10)
         for (int n = 0; n < COMPARED; n++) {
             int64_t later_ns = rounds * gaze_length * head_length;
-            if (n % 25 == 0) s = opened(settings("tape", "tape"));
+            if (n % 25 == 0) s = opened(sensor_settings("tape", "tape", 3, 4));
             latch(s, later_ns + n * period_ns, &head, &gaze);
             assert_memory_equal(&head, &first_head[n], sizeof head);
             if (gaze.held) continue; /* depends on when it was lost */
@@ -146,7 +125,7 @@ static void uncertainty(void **state)
     write_gazes(4, rows_ns, right_deg);
     for (unsigned h = 0; h < COUNT(holds_ms); h++)
         for (unsigned n = 0; n < COUNT(noises); n++) {
-            struct fv_config *c = settings("tape", "none");
+            struct fv_config *c = sensor_settings("tape", "none", 3, 4);
             c->eye_hold_ms = holds_ms[h], c->eye_noise_deg = noises[n];
             struct fv_sensors *s = opened(c);
             struct fv_pose head;
@@ -188,7 +167,7 @@ static void fast_heads(void **state)
         enum { ROWS = 50 };
         double step_deg = table[r].deg_s * 1e-9 * (double)table[r].step_ns;
         write_heads(ROWS, table[r].step_ns, step_deg);
-        struct fv_sensors *s = opened(settings("none", "tape"));
+        struct fv_sensors *s = opened(sensor_settings("none", "tape", 3, 4));
         int64_t last_ns = (ROWS - 1) * table[r].step_ns;
         for (int n = 0; n < 2000; n++) {
             int64_t t_ns =
@@ -219,7 +198,7 @@ static void jumping_gaze(void **state)
     for (int i = 0; i < ROWS; i++) t_ns[i] = i * 10 * ms, right_deg[i] = i % 2 ? 89.9 : -89.9;
     t_ns[ROWS - 1] = day_ns, right_deg[ROWS - 2] = NAN;
     write_gazes(ROWS, t_ns, right_deg);
-    struct fv_sensors *s = opened(settings("tape", "none"));
+    struct fv_sensors *s = opened(sensor_settings("tape", "none", 3, 4));
     struct fv_pose head;
     struct fv_gaze gaze;
     double before = 89.9;

@@ -218,7 +218,7 @@ static struct plant_numbers run(plant_function *function, const struct fv_config
     for (int i = 0; i < STAGES; i++) plan.pass[i] = method.pass[i];
     m = (struct machine){.function = function, .now_ns = 1};
     plant_random = 1;
-    fv_workers_start(&workers, 1, false);
+    fv_workers_start(&workers, 1);
     fv_loop_open(&m.loop, config, &plan, &tracer, &workers, &m.session, RECORDS);
     m.loop.clock = m.loop.budget.schedule.clock = &clock_made_up;
     fv_loop_run(&m.loop, &io, frames_of_each);

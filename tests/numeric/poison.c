@@ -67,7 +67,7 @@ static void open_tracer(struct rig *r, int isa)
 static void open_loop(struct rig *r, const char *method)
 {
     struct fv_frame *f = &r->loop.frame;
-    fv_workers_start(&r->workers, 1, false);
+    fv_workers_start(&r->workers, 1);
     fv_frame_size(f, &r->s.config);
     fv_plan_make(&r->plan, fv_method_find(method), &r->s.scene, &r->s.config, f);
     fv_loop_open(&r->loop, &r->s.config, &r->plan, &r->s.tracer, &r->workers, &r->session, 1);

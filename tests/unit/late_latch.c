@@ -4,7 +4,7 @@
 #include "sensors/predict.h"
 #include "sensors/sensors.h"
 #include "sensors/tape.h"
-#include "tests/support/program.h"
+#include "tests/support/opened_sensors.h"
 #include "tests/support/random.h"
 
 #include <math.h>
@@ -12,27 +12,6 @@
 #define COUNT(table) (sizeof table / sizeof table[0])
 static const int64_t ms = 1000000;
 static const double degree = M_PI / 180;
-
-static struct fv_config *settings(const char *eye, const char *imu)
-{
-    static struct fv_config config;
-    memset(&config, 0, sizeof config);
-    snprintf(config.eye_source, sizeof config.eye_source, "%s", eye);
-    snprintf(config.imu_source, sizeof config.imu_source, "%s", imu);
-    snprintf(config.eye_tape, sizeof config.eye_tape, "%s/gaze.csv", program_folder());
-    snprintf(config.imu_tape, sizeof config.imu_tape, "%s/head.csv", program_folder());
-    strcpy(config.imu_predict, "decay");
-    config.eye_seed = 1, config.imu_seed = 1, config.eye_hold_ms = 1000, config.eye_noise_deg = 0.3;
-    return &config;
-}
-
-static struct fv_sensors *opened(const struct fv_config *config)
-{
-    struct fv_sensors *sensors = NULL;
-    struct fv_error error;
-    if (fv_sensors_open(&sensors, config, &error)) fail_msg("%s", error.text);
-    return sensors;
-}
 
 static void open_tape(struct fv_writer *writer, const char *name)
 {
@@ -76,7 +55,7 @@ static void words_are_predictors(void **state)
     assert_string_equal(fv_key_find("imu.predict")->unit, words);
     struct fv_sensors *s;
     struct fv_error error = {""};
-    struct fv_config *c = settings("sim", "sim");
+    struct fv_config *c = sensor_settings("sim", "sim", 1, 1);
     strcpy(c->imu_predict, "crystal ball");
     assert_int_equal(fv_sensors_open(&s, c, &error), -1);
     assert_non_null(strstr(error.text, "imu.predict: 'crystal ball' is no way to predict"));
@@ -85,7 +64,7 @@ static void words_are_predictors(void **state)
 static void known_when_shown_is_as_it_is(void **state)
 {
     (void)state;
-    struct fv_sensors *s = opened(settings("sim", "sim"));
+    struct fv_sensors *s = opened(sensor_settings("sim", "sim", 1, 1));
     for (int64_t t_ns = 0; t_ns < 3000 * ms; t_ns += 13333333) {
         struct fv_pose head, want;
         struct fv_gaze gaze;
@@ -120,7 +99,7 @@ static void nothing_later_is_used(void **state)
             fv_tape_write_head(&heads, &h), fv_tape_write_gaze(&gazes, &g);
         }
         close_tape(&heads), close_tape(&gazes);
-        s[which] = opened(settings("tape", "tape"));
+        s[which] = opened(sensor_settings("tape", "tape", 1, 1));
     }
     int different = 0;
     for (int64_t now_ns = 0; now_ns < 600 * ms; now_ns += 3333333)
@@ -142,7 +121,7 @@ static void nothing_later_is_used(void **state)
 static void simulated_devices_have_a_rate(void **state)
 {
     (void)state;
-    struct fv_sensors *s = opened(settings("sim", "sim"));
+    struct fv_sensors *s = opened(sensor_settings("sim", "sim", 1, 1));
     for (int64_t n = 1; n < 400; n++) {
         struct fv_pose head[2];
         struct fv_gaze gaze[2];
@@ -188,7 +167,7 @@ static void gazes_may_have_moved(void **state)
     (void)state;
     for (unsigned n = 0; n < COUNT(moves); n++) {
         write_gazes(5, moves[n].right_deg);
-        struct fv_sensors *s = opened(settings("tape", "none"));
+        struct fv_sensors *s = opened(sensor_settings("tape", "none", 1, 1));
         struct fv_pose head;
         struct fv_gaze gaze;
         int64_t now_ns = 20 * ms + moves[n].age_ns;
@@ -221,7 +200,7 @@ static void tapes_know_their_uncertainty(void **state)
         fv_tape_write_gaze(&w, &g);
     }
     close_tape(&w);
-    struct fv_sensors *s = opened(settings("tape", "none"));
+    struct fv_sensors *s = opened(sensor_settings("tape", "none", 1, 1));
     for (int i = 0; i < 4; i++) {
         struct fv_pose head;
         struct fv_gaze gaze;
@@ -247,14 +226,14 @@ static void ends_of_a_tape(void **state)
         fv_tape_write_head(&w, &h);
     }
     close_tape(&w);
-    struct fv_sensors *s = opened(settings("none", "tape"));
+    struct fv_sensors *s = opened(sensor_settings("none", "tape", 1, 1));
     static const struct {
         int64_t now_ms, show_ms;
         double yaw_deg; /* with a velocity that does not decay */
     } cases[] = {{0, 15, 0},     {19, 500, 0},    {20, 35, 0},     {30, 45, 2.5},   {39, 45, 2.5},
                  {110, 120, 10}, {119, 120, 10},  {120, 135, 0},   {130, 145, 2.5}, {1130, 1145, 2.5},
                  {30, 5000, 11}, {1120, 1219, 0}, {1010, 1020, 10}};
-    struct fv_config *c = settings("none", "tape");
+    struct fv_config *c = sensor_settings("none", "tape", 1, 1);
     strcpy(c->imu_predict, "two");
     s = opened(c);
     for (unsigned i = 0; i < COUNT(cases); i++) {
@@ -288,7 +267,7 @@ static void odd_times(void **state)
     for (unsigned k = 0; k < COUNT(sources); k++)
         for (unsigned i = 0; i < COUNT(times); i++)
             for (unsigned j = 0; j < COUNT(times); j++) {
-                struct fv_sensors *s = opened(settings(sources[k], sources[k]));
+                struct fv_sensors *s = opened(sensor_settings(sources[k], sources[k], 1, 1));
                 struct fv_pose head;
                 struct fv_gaze gaze;
                 for (int twice = 0; twice < 2; twice++) {
@@ -314,7 +293,7 @@ static void a_recording_gives_the_same(void **state)
     const int64_t period_ns = 11111111;
     uint64_t random = 9;
     int held = 0, unsure = 0;
-    struct fv_sensors *s = opened(settings("sim", "sim"));
+    struct fv_sensors *s = opened(sensor_settings("sim", "sim", 1, 1));
     open_tape(&heads, "head.csv"), open_tape(&gazes, "gaze.csv");
     for (int64_t n = 0, period = 1; n < FRAMES; n++, period += 1 + (n % 7 == 0) + 9 * (n % 100 == 0)) {
         show_ns[n] = period * period_ns + period_ns / 2;
@@ -330,7 +309,7 @@ static void a_recording_gives_the_same(void **state)
     close_tape(&heads), close_tape(&gazes);
     print_message("%d of %d gazes held, %d unsure by more than a degree\n", held, FRAMES, unsure);
     assert_true(held > 50 && unsure > 100);
-    s = opened(settings("tape", "tape"));
+    s = opened(sensor_settings("tape", "tape", 1, 1));
     for (int n = 0; n < FRAMES; n++) {
         struct fv_pose h;
         struct fv_gaze g;
@@ -345,7 +324,7 @@ static void a_recording_gives_the_same(void **state)
  * did is known between readings that differ, at most 50 ms apart. */
 static void tape_errors(const char *path, int64_t horizon_ms, double mean_deg[FV_HEAD_PREDICTORS])
 {
-    struct fv_config *c = settings("none", "tape");
+    struct fv_config *c = sensor_settings("none", "tape", 1, 1);
     struct fv_tape tape;
     struct fv_error error;
     snprintf(c->imu_tape, sizeof c->imu_tape, "%s", path);

@@ -162,7 +162,7 @@ static void threads_change_no_bit(void **state)
         judged_noise(&alone, 61, 250, 9, 90, 70);
         fv_zones_of_picture(61, 250, 20, 30, 150, alone.zone);
         together = alone;
-        fv_workers_start(&workers, count, false); /* denormals off here too, in both */
+        fv_workers_start(&workers, count); /* denormals off here too, in both */
         judge(&alone, 12, NULL);
         judge(&together, 12, &workers);
         fv_workers_stop(&workers);

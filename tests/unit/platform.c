@@ -129,7 +129,7 @@ static void every_tile_once(void **state)
     (void)state;
     static struct fv_workers w;
     static struct tally t;
-    assert_int_equal(fv_workers_start(&w, 4, false), 4);
+    assert_int_equal(fv_workers_start(&w, 4), 4);
     for (int run = 1; run <= 200; run++) {
         int tiles = run % 2 ? 5000 : run % 7;
         fv_workers_run(&w, tiles, count_tile, &t);

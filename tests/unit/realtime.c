@@ -93,7 +93,7 @@ static void attempt(const struct trial *t, int to)
 {
     struct outcome o = {.impossible = t->before && !t->before()};
     if (!o.impossible) {
-        fv_workers_start(&workers, t->workers, false);
+        fv_workers_start(&workers, t->workers);
         fv_realtime_apply(&t->request, &workers, o.row);
         look_at_threads(&o, t->request.fifo_priority);
         o.locked_kb = locked_kb();

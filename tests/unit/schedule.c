@@ -86,7 +86,7 @@ static void open_rig(int workers, const struct fv_clock *clock)
     f->parameters.foveal = (struct fv_foveal){10, 20, 0.05f};
     f->buffer[FV_SELECTED][0] = rig.selected;
     for (int t = 0; t < f->tiles; t++) rig.selected[t] = 0xff;
-    fv_workers_start(&rig.workers, workers, false);
+    fv_workers_start(&rig.workers, workers);
     fv_schedule_take(&rig.schedule, f, &rig.workers, clock, NULL);
     look(0.1, -0.2);
 }

@@ -1,18 +1,10 @@
 /* Simulated heads and eyes against what is known of real ones, and what latching does with a lost
  * gaze and with odd times. */
-#include "sensors/sensors.h"
 #include "sensors/motion.h"
 #include "sensors/tape.h"
+#include "tests/support/opened_sensors.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <string.h>
-#include <unistd.h>
-
-#include <cmocka.h>
 
 static const int64_t ms = 1000000;
 static const double degree = M_PI / 180;
@@ -214,14 +206,6 @@ static struct fv_config *settings(const char *eye, const char *imu)
     config.eye_seed = 1, config.imu_seed = 1;
     config.eye_hold_ms = 1000, config.eye_noise_deg = 0.3;
     return &config;
-}
-
-static struct fv_sensors *opened(const struct fv_config *config)
-{
-    struct fv_sensors *sensors = NULL;
-    struct fv_error error;
-    if (fv_sensors_open(&sensors, config, &error)) fail_msg("%s", error.text);
-    return sensors;
 }
 
 /* What is shown as soon as it is known. */
