@@ -15,6 +15,7 @@ static const char *const buffer_names[FV_BUFFERS] = {[FV_COLOUR] = "colour",
                                                      [FV_HISTORY_DEPTH] = "history depth",
                                                      [FV_SUPPORT_COLOUR] = "support colour",
                                                      [FV_SUPPORT_DEPTH] = "support depth",
+                                                     [FV_SUPPORT_SURFACE] = "support surface",
                                                      [FV_SELECTED] = "selected blocks",
                                                      [FV_PICTURE] = "picture"};
 
@@ -54,6 +55,7 @@ static int64_t bytes_of(const struct fv_frame *f, enum fv_buffer buffer)
     switch (buffer) {
     case FV_SUPPORT_COLOUR:
     case FV_SUPPORT_DEPTH: return 4 * pixels / (f->spacing * f->spacing);
+    case FV_SUPPORT_SURFACE: return pixels / (f->spacing * f->spacing);
     case FV_SELECTED: return 8 * (int64_t)f->tiles_x * f->tiles_y;
     default: return 4 * pixels + 64; /* pixels are loaded in pairs: one behind the last */
     }

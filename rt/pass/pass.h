@@ -21,6 +21,7 @@ enum fv_buffer {
     FV_HISTORY_DEPTH,
     FV_SUPPORT_COLOUR, /* support image: one node every `spacing` pixels, at its cell's centre */
     FV_SUPPORT_DEPTH,  /* support G-buffer */
+    FV_SUPPORT_SURFACE, /* of the nodes, enum fv_surface, a byte each */
     FV_SELECTED,       /* mask of traced blocks, 64 bits a tile */
     FV_PICTURE,        /* 8-bit picture for the display */
     FV_BUFFERS

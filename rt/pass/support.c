@@ -30,7 +30,7 @@ static void node_at(const struct nodes *n, int i, int *x, int *y)
 }
 
 static void store(struct fv_frame *f, const struct fv_tile *tile, const struct nodes *n, int i,
-                  uint32_t colour, float inverse_depth)
+                  uint32_t colour, float inverse_depth, int surface)
 {
     int x, y;
     node_at(n, i, &x, &y);
@@ -38,6 +38,7 @@ static void store(struct fv_frame *f, const struct fv_tile *tile, const struct n
     int64_t node = (n->y0 + y) * n->stride + n->x0 + x;
     ((uint32_t *)f->buffer[FV_SUPPORT_COLOUR][tile->eye])[node] = colour;
     ((float *)f->buffer[FV_SUPPORT_DEPTH][tile->eye])[node] = inverse_depth;
+    ((uint8_t *)f->buffer[FV_SUPPORT_SURFACE][tile->eye])[node] = (uint8_t)surface;
 }
 
 static int run(struct fv_frame *f, const struct fv_tile *tile)
@@ -57,7 +58,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     f->kernels->encode(samples->red, samples->green, samples->blue, f->tracer->data->exposure, s->pixel,
                        samples->count);
     for (int i = 0; i < samples->count; i++)
-        store(f, tile, &nodes, i, s->pixel[i], samples->inverse_depth[i]);
+        store(f, tile, &nodes, i, s->pixel[i], samples->inverse_depth[i], samples->surface[i]);
     return samples->count;
 }
 
@@ -76,7 +77,7 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
         column = column < f->width ? column : f->width - 1;
         row = row < f->height ? row : f->height - 1;
         int64_t at = row * f->stride + column;
-        store(f, tile, &nodes, i, colour[at] & FV_PIXEL_COLOUR, depth[at]);
+        store(f, tile, &nodes, i, colour[at] & FV_PIXEL_COLOUR, depth[at], 0);
     }
 }
 
@@ -89,7 +90,8 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
 
 const struct fv_pass fv_pass_support = {.name = "support",
                                         .reads = FV_BIT(FV_HISTORY_COLOUR) | FV_BIT(FV_HISTORY_DEPTH),
-                                        .writes = FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH),
+                                        .writes = FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH) |
+                                                  FV_BIT(FV_SUPPORT_SURFACE),
                                         .needs = FV_NEEDS_HISTORY,
                                         .run = run,
                                         .stand_in = stand_in,

@@ -139,6 +139,7 @@ void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, s
         if (tracer->data->features & FV_FEATURES & FV_SCENE_AREA_LIGHTS) randomise(&shading, x, y, seed);
         vf3 seen = radiance(&shading, &r, tracer->depth, &t);
         store_samples(samples, i, seen, t);
+        vi_store(samples->surface + i, vi_of(0)); /* nothing moves yet */
     }
     rays[FV_RAY_PRIMARY] = counted;
 }

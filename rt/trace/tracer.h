@@ -21,11 +21,21 @@ enum { FV_SAMPLES_MAX = 1024 };
 #define FV_INVERSE_DEPTH_MAX 1e6f
 #define FV_DEPTH_UNKNOWN (-1.0f)
 
+/* What a sample says of the surface that it saw first: the number of the moving object (0: what stands
+ * still), and whether history says less of it than of others. */
+enum fv_surface {
+    FV_SURFACE_OBJECT = 31,
+    FV_SURFACE_GRAZING = 32, /* seen at a grazing angle: cosine to the optical axis below method.epsilon_grazing */
+    FV_SURFACE_VIEW = 64     /* what it shows moves otherwise than it does itself: a bent mirror, glass */
+};
+
 struct fv_samples {
     int count;
     _Alignas(64) float x[FV_SAMPLES_MAX], y[FV_SAMPLES_MAX]; /* in: pixel coordinates (view.h) */
     _Alignas(64) float red[FV_SAMPLES_MAX], green[FV_SAMPLES_MAX], blue[FV_SAMPLES_MAX]; /* out: radiance */
-    _Alignas(64) float inverse_depth[FV_SAMPLES_MAX]; /* out: 1/m along the optical axis; 0: nothing hit */
+    /* Out: 1/m along the optical axis; 0: nothing hit. Of what a flat mirror shows, that of the image behind it. */
+    _Alignas(64) float inverse_depth[FV_SAMPLES_MAX];
+    _Alignas(64) int32_t surface[FV_SAMPLES_MAX]; /* out: enum fv_surface */
 };
 
 struct fv_tracer {
