@@ -7,7 +7,7 @@
 #include "display/display.h"
 #include "platform/files.h"
 #include "rt/frame/loop.h"
-#include "rt/frame/path.h"
+#include "rt/scene/path.h"
 #include "sensors/sensors.h"
 
 /* Exit codes, fixed: scripts depend on them. */

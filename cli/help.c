@@ -10,7 +10,7 @@ static void print_key(struct fv_writer *out, const struct fv_key *k)
 {
     fv_writer_print(out, "  %s.%s = %s", k->section, k->name, k->initial[0] ? k->initial : "(empty)");
     if (k->kind == FV_KEY_WORD) fv_writer_print(out, "  [%s]", k->unit);
-    else if (k->kind == FV_KEY_LIST) fv_writer_print(out, "  rows of: %s", k->unit);
+    else if (k->kind == FV_KEY_LIST || k->kind == FV_KEY_ROWS) fv_writer_print(out, "  rows of: %s", k->unit);
     else if (k->kind != FV_KEY_TEXT) fv_writer_print(out, "  [%.10g to %.10g%s%s]", k->min, k->max, k->unit[0] ? " " : "", k->unit);
     fv_writer_print(out, "\n      %s\n", k->help);
 }

@@ -33,7 +33,8 @@ static int write_settings(const struct fv_config *config, const char *folder, st
         /* Lists go on over indented lines: lines of settings files are short. */
         int words = 0;
         for (const char *c = value; *c; c++) {
-            bool next_line = k->kind == FV_KEY_LIST && *c == ' ' && ++words % 4 == 0;
+            bool rows = k->kind == FV_KEY_LIST || k->kind == FV_KEY_ROWS;
+            bool next_line = rows && *c == ' ' && ++words % 4 == 0;
             fv_writer_bytes(&out, next_line ? "\n   " : c, next_line ? 4 : 1);
         }
         fv_writer_print(&out, "\n");

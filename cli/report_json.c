@@ -48,7 +48,8 @@ static void write_setting(const struct fv_config *config, const struct fv_key *k
     case FV_KEY_INT: fv_writer_print(&out, "%lld", (long long)*(const int64_t *)at); break;
     case FV_KEY_REAL: fv_json_number(&out, *(const double *)at); break;
     case FV_KEY_WORD:
-    case FV_KEY_TEXT: fv_json_text(&out, at); break;
+    case FV_KEY_TEXT:
+    case FV_KEY_ROWS: fv_json_text(&out, at); break;
     case FV_KEY_LIST: {
         const struct fv_list *list = at;
         fv_writer_print(&out, "[");

@@ -25,6 +25,8 @@ const struct fv_key fv_keys[] = {
     {#section, #name, FV_KEY_TEXT, "", 0, 0, 0, initial, help, OFFSET(section, name)},
 #define FV_LIST(section, name, unit, columns, initial, help) \
     {#section, #name, FV_KEY_LIST, unit, 0, 0, columns, initial, help, OFFSET(section, name)},
+#define FV_ROWS(section, name, unit, initial, help) \
+    {#section, #name, FV_KEY_ROWS, unit, 0, 0, 0, initial, help, OFFSET(section, name)},
 #include "config/keys.def"
 };
 enum { KEYS = sizeof fv_keys / sizeof fv_keys[0], TEXT_LONGEST = 160 };
@@ -133,12 +135,25 @@ static int parse_list(struct reading *r, const struct fv_key *k, const char *tex
     return 0;
 }
 
+/* A further line goes on after a blank. */
+static int append_rows(struct reading *r, const struct fv_key *k, const char *text, char *rows, bool further)
+{
+    size_t used = further ? strlen(rows) : 0, length = strlen(text);
+    if (strstr(text, " ;") || strchr(text, '\n'))
+        return fail(r, "%s.%s: ' ;' or a line's end in it", k->section, k->name);
+    if (used + length + 2 > FV_ROWS_LONGEST)
+        return fail(r, "%s.%s: longer than %d characters", k->section, k->name, FV_ROWS_LONGEST - 2);
+    snprintf(rows + used, FV_ROWS_LONGEST - used, "%s%s", used > 0 ? " " : "", text);
+    return 0;
+}
+
 static int assign(struct reading *r, const struct fv_key *k, const char *text)
 {
     void *at = (char *)r->config + k->offset;
     int index = (int)(k - fv_keys);
     double number;
-    if (r->seen[index] && k->kind != FV_KEY_LIST)
+    bool goes_on = k->kind == FV_KEY_LIST || k->kind == FV_KEY_ROWS;
+    if (r->seen[index] && !goes_on)
         return fail(r, "%s.%s is set twice; only lists go on over indented lines", k->section, k->name);
     switch (k->kind) {
     case FV_KEY_INT:
@@ -163,6 +178,9 @@ static int assign(struct reading *r, const struct fv_key *k, const char *text)
     case FV_KEY_LIST:
         if (!r->seen[index]) ((struct fv_list *)at)->count = 0;
         if (parse_list(r, k, text, at)) return -1;
+        break;
+    case FV_KEY_ROWS:
+        if (append_rows(r, k, text, at, r->seen[index])) return -1;
         break;
     }
     r->seen[index] = true;
@@ -352,7 +370,8 @@ const char *fv_config_text(const struct fv_config *config, const struct fv_key *
     case FV_KEY_INT: snprintf(out, size, "%lld", (long long)*(const int64_t *)at); break;
     case FV_KEY_REAL: print_real(out, size, *(const double *)at); break;
     case FV_KEY_WORD:
-    case FV_KEY_TEXT: snprintf(out, size, "%s", (const char *)at); break;
+    case FV_KEY_TEXT:
+    case FV_KEY_ROWS: snprintf(out, size, "%s", (const char *)at); break;
     case FV_KEY_LIST: {
         const struct fv_list *list = at;
         unsigned used = 0;

@@ -9,7 +9,7 @@
 
 #include <stdint.h>
 
-enum { FV_TEXT_MAX = 512, FV_LIST_MAX = 1024 };
+enum { FV_TEXT_MAX = 512, FV_LIST_MAX = 1024, FV_ROWS_LONGEST = 8192 };
 
 /* Numbers of lists are at most this far from 0, so that every pose on a path is sound (platform/pose.h),
  * where the curve overshoots its way points too. */
@@ -26,20 +26,22 @@ struct fv_config {
 #define FV_WORD(section, name, words, initial, help) char section##_##name[FV_TEXT_MAX];
 #define FV_TEXT(section, name, initial, help) char section##_##name[FV_TEXT_MAX];
 #define FV_LIST(section, name, unit, columns, initial, help) struct fv_list section##_##name;
+#define FV_ROWS(section, name, unit, initial, help) char section##_##name[FV_ROWS_LONGEST];
 #include "config/keys.def"
 #undef FV_INT
 #undef FV_REAL
 #undef FV_WORD
 #undef FV_TEXT
 #undef FV_LIST
+#undef FV_ROWS
 };
 
-enum fv_key_kind { FV_KEY_INT, FV_KEY_REAL, FV_KEY_WORD, FV_KEY_TEXT, FV_KEY_LIST };
+enum fv_key_kind { FV_KEY_INT, FV_KEY_REAL, FV_KEY_WORD, FV_KEY_TEXT, FV_KEY_LIST, FV_KEY_ROWS };
 
 struct fv_key {
     const char *section, *name; /* "fovea", "p_min" */
     enum fv_key_kind kind;
-    const char *unit;  /* unit, or the words a WORD may take, or a LIST's columns */
+    const char *unit;  /* unit, or the words a WORD may take, or the columns of LIST and ROWS */
     double min, max;   /* INT, REAL */
     int columns;       /* LIST */
     const char *initial;

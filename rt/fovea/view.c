@@ -57,22 +57,38 @@ static void to_pixels(const struct fv_lens *lens, const double v[3], double out[
     out[2] = ahead;
 }
 
-void fv_map_set(struct fv_map *map, const struct fv_view *now, const struct fv_view *before)
+/* A point at p in the view's eye lies at o + D (x + R p - n) in the world of the frame before, where x and R are
+ * the eye's place and turn now, n and o the object's places now and before, and D its turn in between. Places are
+ * subtracted before anything is turned, so that what moves together far out does not cancel. */
+void fv_map_set_moving(struct fv_map *map, const struct fv_view *now, const struct fv_view *before,
+                       const struct fv_pose *object_now, const struct fv_pose *object_before)
 {
-    double to_before[4], inverse[4], column[3], moved[3];
+    double turn[4], to_before[4], inverse[4], column[3], moved[3];
     const struct fv_lens *l = &now->lens;
     double step_x = (l->tan_left + l->tan_right) / l->width, step_y = (l->tan_up + l->tan_down) / l->height;
     double columns[3][3] = {{step_x, 0, 0}, {0, -step_y, 0}, {-l->tan_left, l->tan_up, -1}};
+    fv_quat_conjugate(object_now->rotation, inverse);
+    fv_quat_multiply(object_before->rotation, inverse, turn);
+    fv_quat_normalise(turn);
     fv_quat_conjugate(before->pose.rotation, inverse);
-    fv_quat_multiply(inverse, now->pose.rotation, to_before);
+    fv_quat_multiply(inverse, turn, to_before);
+    fv_quat_multiply(to_before, now->pose.rotation, to_before);
     fv_quat_normalise(to_before);
     for (int c = 0; c < 3; c++) {
         fv_quat_rotate(to_before, columns[c], column);
         to_pixels(&before->lens, column, column);
         for (int r = 0; r < 3; r++) map->m[r][c] = (float)column[r];
     }
-    for (int i = 0; i < 3; i++) moved[i] = now->pose.position_m[i] - before->pose.position_m[i];
+    for (int i = 0; i < 3; i++) moved[i] = now->pose.position_m[i] - object_now->position_m[i];
+    fv_quat_rotate(turn, moved, moved);
+    for (int i = 0; i < 3; i++) moved[i] -= before->pose.position_m[i] - object_before->position_m[i];
     fv_quat_rotate(inverse, moved, moved);
     to_pixels(&before->lens, moved, moved);
     for (int r = 0; r < 3; r++) map->t[r] = (float)moved[r];
+}
+
+void fv_map_set(struct fv_map *map, const struct fv_view *now, const struct fv_view *before)
+{
+    static const struct fv_pose still = {.rotation = {1, 0, 0, 0}};
+    fv_map_set_moving(map, now, before, &still, &still);
 }

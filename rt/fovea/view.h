@@ -44,6 +44,10 @@ void fv_view_set(struct fv_view *view, const struct fv_lens *lens, const struct 
 
 void fv_map_set(struct fv_map *map, const struct fv_view *now, const struct fv_view *before);
 
+/* The same for points that are fixed to a rigid object, from its poses (its space to the world) in both frames. */
+void fv_map_set_moving(struct fv_map *map, const struct fv_view *now, const struct fv_view *before,
+                       const struct fv_pose *object_now, const struct fv_pose *object_before);
+
 /* Pixel of a finite, unit direction given in the eye's frame; false where it points backwards or to less
  * than 1e-6 of 90 degrees. */
 bool fv_lens_project(const struct fv_lens *lens, const double direction[3], double pixel[2]);

@@ -94,6 +94,7 @@ static void swap_history(struct fv_loop *loop)
 {
     struct fv_frame *f = &loop->frame;
     memcpy(f->before, f->view, sizeof f->before);
+    memcpy(f->object_before, f->object, sizeof f->object_before);
     f->has_history = loop->plan->history;
     if (!f->has_history) return;
     for (int e = 0; e < f->eyes; e++)
@@ -104,14 +105,27 @@ static void swap_history(struct fv_loop *loop)
         }
 }
 
-/* What came in, as this frame's views and maps. */
-static void take_latch(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3])
+static void set_maps(struct fv_frame *f, int e)
+{
+    const struct fv_scene *scene = f->tracer->data;
+    fv_map_set(&f->map[e], &f->view[e], &f->before[e]);
+    f->object_map[e][0] = f->map[e];
+    for (int i = 0; i < scene->objects; i++)
+        fv_map_set_moving(&f->object_map[e][i + 1], &f->view[e], &f->before[e], &f->object[i],
+                          &f->object_before[i]);
+}
+
+/* What came in, as this frame's views and maps; and all that moves, at its place for the frame's time. */
+static void take_latch(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3], int64_t t_ns)
 {
     struct fv_frame *f = &loop->frame;
+    const struct fv_scene *scene = f->tracer->data;
     if (fv_pose_sound(head)) loop->head = *head;
+    for (int i = 0; i < scene->objects; i++) fv_moving_pose(&scene->object[i].moving, t_ns, &f->object[i]);
+    fv_tracer_move(f->tracer, f->object);
     for (int e = 0; e < f->eyes; e++) {
         fv_loop_view(loop, e, &loop->head, gaze[e], &f->view[e]);
-        if (f->has_history) fv_map_set(&f->map[e], &f->view[e], &f->before[e]);
+        if (f->has_history) set_maps(f, e);
     }
     for (int w = 0; w < loop->workers->count; w++) {
         struct fv_worker_scratch *s = &f->scratch[w];
@@ -132,7 +146,7 @@ static void render(struct fv_loop *loop, const struct fv_pose *head, const doubl
     if (f->number > 0) swap_history(loop);
     *r = (struct fv_frame_record){.frame = f->number, .t_ns = t_ns, .decision.t_ns = t_ns};
     memset(r->decision.done, -1, sizeof r->decision.done);
-    take_latch(loop, head, gaze);
+    take_latch(loop, head, gaze, t_ns);
     int64_t latched_ns = fv_clock_now_ns(loop->clock);
     r->level = fv_budget_begin(b, f, loop->level, decided, uncertainty_deg, start_ns, deadline_ns);
     r->decision.level = r->level;

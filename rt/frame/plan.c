@@ -173,6 +173,8 @@ static const struct {
      "the scene or scene.area_lights has some: method.area_spp shadow rays each",
      "no area light: no random numbers either"},
     {FV_SCENE_SUN, "sun", "the scene or scene.sun has one", "no sun"},
+    {FV_SCENE_MOVING, "moving objects", "scene.moving has some: each ray is tried against each one's ball",
+     "scene.moving is empty: one acceleration structure, no motion but the viewer's"},
 };
 enum { FEATURES = sizeof features / sizeof features[0] };
 

@@ -9,6 +9,7 @@
     TRACE(fv_trace_plain, isa)                                                                                   \
     TRACE(fv_trace_textured, isa)                                                                                \
     TRACE(fv_trace_mirrored, isa)                                                                                \
+    TRACE(fv_trace_all, isa)                                                                                     \
     TRACE(fv_trace_samples, isa)                                                                                 \
     void fv_pixel_encode_##isa(const float *, const float *, const float *, float, uint32_t *, int);             \
     void fv_reproject_##isa(struct fv_reproject_tile *);                                                         \
@@ -19,7 +20,8 @@
         [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, isa),                   \
         [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, isa),             \
         [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, isa),             \
-        [FV_VARIANT_ALL] = ROW(fv_trace_samples, isa),                   \
+        [FV_VARIANT_ALL] = ROW(fv_trace_all, isa),                       \
+        [FV_VARIANT_MOVING] = ROW(fv_trace_samples, isa),                \
     }
 
 DECLARE(base)
@@ -44,5 +46,5 @@ const struct fv_kernels *fv_kernels_for(enum fv_isa isa, enum fv_variant variant
 
 const struct fv_kernels *fv_kernels(enum fv_isa isa)
 {
-    return fv_kernels_for(isa, FV_VARIANT_ALL);
+    return fv_kernels_for(isa, FV_VARIANT_MOVING);
 }

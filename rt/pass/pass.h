@@ -67,6 +67,9 @@ struct fv_frame {
     struct fv_parameters parameters;
     struct fv_view view[2], before[2];
     struct fv_map map[2];
+    /* Where the moving objects are, and were a frame before: [0] is object 1 (struct fv_object). */
+    struct fv_pose object[FV_MOVING_MAX], object_before[FV_MOVING_MAX];
+    struct fv_map object_map[2][FV_MOVING_MAX + 1]; /* of what is fixed to each object; [0]: as map */
     const struct fv_tracer *tracer;
     const struct fv_kernels *kernels;
     const float *noise;          /* fv_noise(), NULL where no pass needs it */

@@ -6,13 +6,14 @@
 #include "rt/scene/texture.h"
 
 #include <assert.h>
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 struct corners {
-    uint32_t vertex[3], material;
+    uint32_t vertex[3], material : 26, object : 6;
 };
 
 /* A growing array on the heap. */
@@ -31,9 +32,12 @@ struct fv_build {
     struct fv_light light[FV_LIGHTS_MAX];
     int lights;
     bool too_many;
+    struct fv_moving moving[FV_MOVING_MAX];
+    int objects, object;                /* object: whose the next vertices and triangles are */
+    bool placed[FV_MOVING_MAX + 1];     /* a part of it was there */
 };
 
-enum { NOT_KEPT = 0xffffffff };
+enum { NOT_KEPT = (1 << 26) - 1, SLOTS = 2 * (FV_MOVING_MAX + 1) };
 
 static void *push(struct array *a, size_t size)
 {
@@ -74,7 +78,10 @@ uint32_t fv_build_vertex(struct fv_build *b, const struct fv_vertex *vertex)
         b->too_many = true;
         return 0;
     }
-    *(struct fv_vertex *)push(&b->vertices, sizeof *vertex) = *vertex;
+    struct fv_vertex *v = push(&b->vertices, sizeof *v);
+    *v = *vertex;
+    for (int i = 0; i < 3 && b->object > 0; i++)
+        v->position[i] = (float)((double)v->position[i] - b->moving[b->object - 1].origin_m[i]);
     return (uint32_t)b->vertices.count - 1;
 }
 
@@ -90,7 +97,43 @@ void fv_build_triangle(struct fv_build *b, uint32_t v0, uint32_t v1, uint32_t v2
     if (b->triangles.count == FV_ELEMENTS_MAX) b->too_many = true;
     if (b->too_many) return;
     struct corners *t = push(&b->triangles, sizeof *t);
-    *t = (struct corners){{v0, v1, v2}, (uint32_t)material};
+    *t = (struct corners){{v0, v1, v2}, (uint32_t)material, (uint32_t)b->object & 63};
+}
+
+void fv_build_moving(struct fv_build *b, const struct fv_moving *moving, int count)
+{
+    assert(count >= 0 && count <= FV_MOVING_MAX);
+    memcpy(b->moving, moving, (size_t)count * sizeof *moving);
+    b->objects = count;
+}
+
+int fv_build_named(const struct fv_build *b, const char *name)
+{
+    for (int i = 0; i < b->objects && name; i++)
+        if (fv_moving_named(&b->moving[i], name)) return i + 1;
+    return 0;
+}
+
+int fv_build_object(struct fv_build *b, int object, const double origin_m[3], struct fv_error *error)
+{
+    int before = b->object;
+    assert(object >= 0 && object <= b->objects);
+    for (int i = 0; i < 3 && origin_m && !b->placed[object]; i++) {
+        if (!(fabs(origin_m[i]) <= FV_WAY_LARGEST))
+            return fv_error_set(error, "%s: the origin of %.100s, which moves, lies farther out than %g m", b->source,
+                                b->moving[object - 1].name, FV_WAY_LARGEST);
+        b->moving[object - 1].origin_m[i] = origin_m[i];
+    }
+    b->placed[object] = true;
+    b->object = object;
+    return before;
+}
+
+const struct fv_moving *fv_build_missing(const struct fv_build *b)
+{
+    for (int i = 0; i < b->objects; i++)
+        if (!b->placed[i + 1]) return &b->moving[i];
+    return NULL;
 }
 
 int fv_build_texture(struct fv_build *b, enum fv_texel kind, const uint8_t *pixels, int width, int height,
@@ -229,13 +272,19 @@ static void edges_of(const struct fv_vertex *v, const uint32_t corner[3], double
     cross(e1, e2, n);
 }
 
-/* Marks the triangles without area; returns how many stay, and of these the opaque ones. */
-static size_t sort_out(const struct fv_build *b, size_t *opaque)
+/* Where a triangle goes: those of what stands still, then each object's; opaque ones, then masked ones. */
+static int slot_of(const struct corners *t, const struct fv_material *material)
+{
+    return (int)(2 * t->object) + ((material[t->material].flags & FV_MATERIAL_MASKED) != 0);
+}
+
+/* Marks the triangles without area; returns how many stay, and of these how many go to each slot. */
+static size_t sort_out(const struct fv_build *b, size_t slot[SLOTS])
 {
     const struct fv_material *material = b->materials.data;
     struct corners *t = b->triangles.data;
     size_t kept = 0;
-    *opaque = 0;
+    memset(slot, 0, SLOTS * sizeof *slot);
     for (size_t i = 0; i < b->triangles.count; i++) {
         double e1[3], e2[3], n[3];
         edges_of(b->vertices.data, t[i].vertex, e1, e2, n);
@@ -244,7 +293,7 @@ static size_t sort_out(const struct fv_build *b, size_t *opaque)
             continue;
         }
         kept++;
-        *opaque += !(material[t[i].material].flags & FV_MATERIAL_MASKED);
+        slot[slot_of(&t[i], material)]++;
     }
     return kept;
 }
@@ -337,18 +386,53 @@ static void fill_triangle(struct fv_triangle *t, const struct fv_vertex *v, stru
     fill_uv(t, v, c->vertex, e1, e2, normal, area);
 }
 
-static void lay_out_triangles(const struct fv_build *b, struct fv_scene *scene, size_t kept, size_t opaque)
+/* A ball around what a box holds. */
+static void set_ball(struct fv_object *o, const float low[3], const float high[3])
+{
+    double r2 = 0;
+    if (o->triangles == 0) return;
+    for (int i = 0; i < 3; i++) {
+        o->centre[i] = (float)(0.5 * ((double)low[i] + high[i]));
+        double half = fmax((double)high[i] - o->centre[i], o->centre[i] - (double)low[i]);
+        r2 += half * half;
+    }
+    o->radius = (float)fmin(sqrt(r2) * (1 + 1e-6), FLT_MAX);
+}
+
+/* Which records are whose. */
+static void lay_out_objects(const struct fv_build *b, struct fv_scene *scene, const size_t slot[SLOTS],
+                            size_t next[SLOTS])
+{
+    size_t first = 0;
+    for (int s = 0; s < SLOTS; first += slot[s++]) next[s] = first;
+    scene->opaque_triangles = (int64_t)slot[0];
+    scene->still_triangles = (int64_t)(slot[0] + slot[1]);
+    scene->objects = b->objects;
+    for (int o = 0; o < b->objects; o++) {
+        const size_t *own = &slot[2 * (o + 1)];
+        scene->object[o] = (struct fv_object){.moving = b->moving[o],
+                                              .first = (int64_t)next[2 * (o + 1)],
+                                              .triangles = (int64_t)(own[0] + own[1]),
+                                              .opaque_triangles = (int64_t)own[0]};
+        if (own[0] + own[1] > 0) scene->features |= FV_SCENE_MOVING;
+    }
+}
+
+static void lay_out_triangles(const struct fv_build *b, struct fv_scene *scene, size_t kept,
+                              const size_t slot[SLOTS])
 {
     const struct fv_material *material = b->materials.data;
     struct corners *c = b->triangles.data;
     const struct fv_vertex *v = b->vertices.data;
     uint32_t *index = fv_arena_take(fv_arena(), "scene indices", kept * 3 * sizeof *index, 64);
     struct fv_triangle *triangle = fv_arena_take(fv_arena(), "scene triangles", kept * sizeof *triangle, 64);
-    size_t next[2] = {0, opaque}; /* of opaque and masked triangles */
-    for (int i = 0; i < 3; i++) scene->bounds[0][i] = INFINITY, scene->bounds[1][i] = -INFINITY;
+    size_t next[SLOTS];
+    float box[FV_MOVING_MAX + 1][2][3];
+    lay_out_objects(b, scene, slot, next);
+    for (int i = 0; i < 3 * (FV_MOVING_MAX + 1); i++) box[i / 3][0][i % 3] = INFINITY, box[i / 3][1][i % 3] = -INFINITY;
     for (size_t i = 0; i < b->triangles.count; i++) {
         if (c[i].material == NOT_KEPT) continue;
-        size_t at = next[(material[c[i].material].flags & FV_MATERIAL_MASKED) != 0]++;
+        size_t at = next[slot_of(&c[i], material)]++;
         fill_triangle(&triangle[at], v, &c[i]);
         memcpy(index + 3 * at, c[i].vertex, sizeof c[i].vertex);
         scene->features |=
@@ -356,14 +440,15 @@ static void lay_out_triangles(const struct fv_build *b, struct fv_scene *scene, 
         for (int k = 0; k < 3; k++) {
             const float *p = v[c[i].vertex[k]].position;
             for (int j = 0; j < 3; j++) {
-                scene->bounds[0][j] = fminf(scene->bounds[0][j], p[j]);
-                scene->bounds[1][j] = fmaxf(scene->bounds[1][j], p[j]);
+                box[c[i].object][0][j] = fminf(box[c[i].object][0][j], p[j]);
+                box[c[i].object][1][j] = fmaxf(box[c[i].object][1][j], p[j]);
             }
         }
     }
-    assert(next[0] == opaque && next[1] == kept);
+    assert(next[0] == slot[0] && next[SLOTS - 1] == kept);
+    memcpy(scene->bounds, box[0], sizeof scene->bounds);
+    for (int o = 0; o < scene->objects; o++) set_ball(&scene->object[o], box[o + 1][0], box[o + 1][1]);
     scene->triangles = (int64_t)kept;
-    scene->opaque_triangles = (int64_t)opaque;
     scene->index = index;
     scene->triangle = triangle;
 }
@@ -377,9 +462,9 @@ _Static_assert((int)FV_SCENE_TEXTURES == FV_MATERIAL_TEXTURED &&
                "a scene has the features of its materials");
 
 /* Frees the collected vertices and triangles as soon as the arena has them. */
-static void lay_out_geometry(struct fv_build *b, struct fv_scene *scene, size_t kept, size_t opaque)
+static void lay_out_geometry(struct fv_build *b, struct fv_scene *scene, size_t kept, const size_t slot[SLOTS])
 {
-    lay_out_triangles(b, scene, kept, opaque);
+    lay_out_triangles(b, scene, kept, slot);
     free(b->triangles.data);
     b->triangles = (struct array){0};
     size_t count = b->vertices.count;
@@ -417,12 +502,12 @@ static void lay_out_textures(struct fv_build *b, struct fv_scene *scene)
 
 int fv_build_finish(struct fv_build *b, struct fv_scene *scene, struct fv_error *error)
 {
-    size_t opaque, kept;
+    size_t slot[SLOTS], kept;
     if (check(b, error)) {
         fv_build_destroy(b);
         return -1;
     }
-    kept = sort_out(b, &opaque);
+    kept = sort_out(b, slot);
     if (kept == 0) {
         fv_error_set(error, "%s: holds no triangles: all %zu have no area", b->source, b->triangles.count);
         fv_build_destroy(b);
@@ -432,7 +517,7 @@ int fv_build_finish(struct fv_build *b, struct fv_scene *scene, struct fv_error 
         fv_log("%s: %zu of %zu triangles have no area and are left out", b->source, b->triangles.count - kept,
                b->triangles.count);
     scene->features = 0;
-    lay_out_geometry(b, scene, kept, opaque);
+    lay_out_geometry(b, scene, kept, slot);
     lay_out_textures(b, scene);
     size_t materials = b->materials.count;
     struct fv_material *material =

@@ -49,6 +49,18 @@ void fv_build_triangle(struct fv_build *build, uint32_t a, uint32_t b, uint32_t 
 int fv_build_light(struct fv_build *build, const struct fv_light *light, struct fv_error *error);
 uint32_t fv_build_vertices(const struct fv_build *build);
 
+/* What moves: fv_build_finish gives it to the scene. At most FV_MOVING_MAX. */
+void fv_build_moving(struct fv_build *build, const struct fv_moving *moving, int count);
+/* The number of the object that a node of this name (NULL: it has none) is, 0 where it stands still. */
+int fv_build_named(const struct fv_build *build, const char *name);
+/* From here on all vertices and triangles, still given where they are in the scene, belong to this object, or
+ * to what stands still: 0. `origin_m` (NULL: 0) is the object's own origin there, where it is the first part of
+ * it. Returns the object before, which goes on where the part ends. -1 with the error set where the origin
+ * cannot be one. */
+int fv_build_object(struct fv_build *build, int object, const double origin_m[3], struct fv_error *error);
+/* The first of what moves that no part of the file was, NULL where there is none. */
+const struct fv_moving *fv_build_missing(const struct fv_build *build);
+
 /* A material that is grey, matt and has no textures. */
 struct fv_material fv_material_default(void);
 

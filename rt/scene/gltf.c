@@ -211,21 +211,14 @@ static int read_transform(struct gltf *g, const json_t *node, mat4 out)
     return 0;
 }
 
-static int read_node(struct gltf *g, int64_t index, mat4 parent, int depth)
+static int read_node(struct gltf *g, int64_t index, mat4 parent, int depth);
+
+/* What a node holds, and what hangs on it. */
+static int read_below(struct gltf *g, int64_t index, const json_t *node, mat4 world, int depth)
 {
-    mat4 local, world;
-    const json_t *node = gltf_element(g, "nodes", index), *child;
-    if (!node) return -1;
-    if (g->node_seen[index]) return gltf_fail(g, "is reached twice: nodes must be trees, without cycles");
-    if (depth == DEPTH_MAX) return gltf_fail(g, "lies more than %d nodes deep", DEPTH_MAX);
-    g->node_seen[index] = true;
-    if (read_transform(g, node, local)) return -1;
-    glm_mat4_mul(parent, local, world);
-    for (int i = 0; i < 16; i++)
-        if (!isfinite(world[i / 4][i % 4])) return gltf_fail(g, "its transform is not finite");
     int64_t mesh = gltf_integer(g, node, "mesh", -1);
     int64_t light = gltf_integer(g, gltf_extension(g, node, "KHR_lights_punctual"), "light", -1);
-    const json_t *children = gltf_list(g, node, "children");
+    const json_t *children = gltf_list(g, node, "children"), *child;
     if (g->failed || (mesh >= 0 && read_mesh(g, mesh, world)) || read_light(g, light, world)) return -1;
     size_t i;
     json_array_foreach((json_t *)children, i, child)
@@ -235,6 +228,30 @@ static int read_node(struct gltf *g, int64_t index, mat4 parent, int depth)
         if (read_node(g, json_integer_value(child), world, depth + 1)) return -1;
     }
     return 0;
+}
+
+static int read_node(struct gltf *g, int64_t index, mat4 parent, int depth)
+{
+    mat4 local, world;
+    const json_t *node = gltf_element(g, "nodes", index);
+    if (!node) return -1;
+    if (g->node_seen[index]) return gltf_fail(g, "is reached twice: nodes must be trees, without cycles");
+    if (depth == DEPTH_MAX) return gltf_fail(g, "lies more than %d nodes deep", DEPTH_MAX);
+    g->node_seen[index] = true;
+    if (read_transform(g, node, local)) return -1;
+    glm_mat4_mul(parent, local, world);
+    for (int i = 0; i < 16; i++)
+        if (!isfinite(world[i / 4][i % 4])) return gltf_fail(g, "its transform is not finite");
+    int object = fv_build_named(g->build, json_string_value(json_object_get(node, "name")));
+    if (!object) return read_below(g, index, node, world, depth);
+    double origin[3];
+    struct fv_error why;
+    for (int i = 0; i < 3; i++) origin[i] = (double)g->scale * world[3][i];
+    int before = fv_build_object(g->build, object, origin, &why);
+    if (before < 0) return gltf_fail(g, "%.200s", why.text);
+    int result = read_below(g, index, node, world, depth);
+    fv_build_object(g->build, before, NULL, &why);
+    return result;
 }
 
 /* The roots: of the default scene, of the first where none is the default, or all nodes that are

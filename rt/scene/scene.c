@@ -1,6 +1,7 @@
 /* scene: from the settings to a scene in memory: finds the file, lets its reader collect it, adds the
- * lights of the settings, and lays it all out (build.c). */
+ * lights and moving bodies of the settings, and lays it all out (build.c). */
 #include "rt/scene/build.h"
+#include "rt/scene/builtin_shapes.h"
 
 #include "platform/clock.h"
 #include "platform/files.h"
@@ -78,6 +79,28 @@ static int add_lights(struct fv_build *build, const struct fv_list *list, const 
     return 0;
 }
 
+/* The bodies of scene.moving, each about its own origin. */
+static int add_bodies(struct fv_build *build, const struct fv_moving *moving, int count, struct fv_error *error)
+{
+    const double origin[3] = {0};
+    for (int i = 0; i < count; i++) {
+        const struct fv_moving *m = &moving[i];
+        if (m->body == FV_BODY_NODE) continue;
+        struct fv_material material = fv_material_default();
+        for (int c = 0; c < 3; c++) material.diffuse[c] = (float)m->colour[c];
+        struct fv_brush brush = {build, glms_mat4_identity(), fv_build_material(build, &material), 1};
+        float x = (float)m->size_m[0], y = (float)m->size_m[1], z = (float)m->size_m[2];
+        fv_build_object(build, i + 1, origin, error);
+        if (m->body == FV_BODY_SPHERE) fv_shape_sphere(&brush, fv_vec(0, 0, 0), x, 64);
+        else fv_shape_box(&brush, fv_vec(-x / 2, -y / 2, -z / 2), fv_vec(x / 2, y / 2, z / 2));
+    }
+    fv_build_object(build, 0, NULL, error);
+    const struct fv_moving *missing = fv_build_missing(build);
+    return missing ? fv_config_error(error, "scene.moving", "the scene has no node %.120s",
+                                     missing->name)
+                   : 0;
+}
+
 static int read_settings(struct fv_build *build, struct fv_scene *scene, const struct fv_config *c,
                          struct fv_error *error)
 {
@@ -127,8 +150,12 @@ int fv_scene_load(struct fv_scene *scene, const struct fv_config *config, struct
     snprintf(path, sizeof path, "%s", config->scene_file);
     if (strncmp(path, builtin, sizeof builtin - 1) != 0 && find(config, path, error)) return -1;
     name_scene(scene, config);
+    static struct fv_moving moving[FV_MOVING_MAX];
+    int count = fv_moving_read(config, moving, error);
+    if (count < 0) return -1;
     struct fv_build *build = fv_build_create(path);
-    if (read_file(build, config, path, error) || read_settings(build, scene, config, error)) {
+    fv_build_moving(build, moving, count);
+    if (read_file(build, config, path, error) || add_bodies(build, moving, count, error) || read_settings(build, scene, config, error)) {
         fv_build_destroy(build);
         return -1;
     }

@@ -5,7 +5,7 @@
 #ifndef FV_SCENE_SCENE_H
 #define FV_SCENE_SCENE_H
 
-#include "config/config.h"
+#include "rt/scene/moving.h"
 
 #include <assert.h>
 #include <stdbool.h>
@@ -93,15 +93,25 @@ enum fv_scene_features {
     FV_SCENE_EMISSIVE = 64,
     FV_SCENE_POINT_LIGHTS = 128,
     FV_SCENE_AREA_LIGHTS = 256,
-    FV_SCENE_SUN = 512
+    FV_SCENE_SUN = 512,
+    FV_SCENE_MOVING = 1024
+};
+
+/* What moves. Its vertices are in its own space, which scene.moving's row leads from; its number, in pictures
+ * and poses, is that of its place in the scene's list, from 1. */
+struct fv_object {
+    struct fv_moving moving;
+    int64_t first, triangles, opaque_triangles; /* its triangle records, the opaque ones first */
+    float centre[3], radius;                    /* of a ball around it, in its own space */
 };
 
 struct fv_scene {
     char name[64];
     uint32_t features; /* enum fv_scene_features */
-    /* Triangles: the opaque ones first, then the masked ones. Triangle t has the corners
-     * index[3t .. 3t+2] into position (3 floats a vertex, 16 readable bytes behind the last). */
-    int64_t triangles, opaque_triangles, vertices;
+    /* Triangles: first those of what stands still (still_triangles), the opaque ones (opaque_triangles) before
+     * the masked ones; then those of each object. Triangle t has the corners index[3t .. 3t+2] into position
+     * (3 floats a vertex, 16 readable bytes behind the last). */
+    int64_t triangles, still_triangles, opaque_triangles, vertices;
     const float *position;
     const uint32_t *index;
     const struct fv_triangle *triangle;
@@ -111,7 +121,9 @@ struct fv_scene {
     const uint32_t *texel; /* every texture's `texel` */
     struct fv_light light[FV_LIGHTS_MAX];
     float ambient[3], sky[3], exposure;
-    float bounds[2][3]; /* smallest and largest corner */
+    float bounds[2][3]; /* smallest and largest corner of what stands still */
+    int objects;
+    struct fv_object object[FV_MOVING_MAX];
 };
 
 /* Loads the scene that the settings name, into the arena. Returns 0, or -1 with the error set

@@ -21,9 +21,10 @@ static int wrap(float coordinate, int size)
     return (int)(f * (float)size) & (size - 1);
 }
 
-static bool covered(const struct fv_scene *s, unsigned primitive, float u, float v, float footprint)
+static bool covered(const struct fv_masked *masked, unsigned primitive, float u, float v, float footprint)
 {
-    const struct fv_triangle *r = &s->triangle[s->opaque_triangles + primitive];
+    const struct fv_scene *s = masked->scene;
+    const struct fv_triangle *r = &s->triangle[masked->first + primitive];
     const struct fv_material *m = &s->material[r->material];
     if (m->alpha_texture < 0) return true;
     const struct fv_texture *t = &s->texture[m->alpha_texture];
@@ -41,13 +42,13 @@ enum { RAY_TFAR = 8, HIT_U = 3, HIT_V = 4, HIT_PRIMITIVE = 5 };
 
 void fv_alpha_test(const struct RTCFilterFunctionNArguments *a)
 {
-    const struct fv_scene *s = a->geometryUserPtr;
+    const struct fv_masked *masked = a->geometryUserPtr;
     const struct fv_ray_context *context = (const struct fv_ray_context *)a->context;
     const float *t = (const float *)a->ray + RAY_TFAR * a->N, *hit = (const float *)a->hit;
     const unsigned *primitive = (const unsigned *)a->hit + HIT_PRIMITIVE * a->N;
     for (unsigned i = 0; i < a->N; i++) {
         if (!a->valid[i]) continue;
         float footprint = context->base + t[i] * context->growth;
-        if (!covered(s, primitive[i], hit[HIT_U * a->N + i], hit[HIT_V * a->N + i], footprint)) a->valid[i] = 0;
+        if (!covered(masked, primitive[i], hit[HIT_U * a->N + i], hit[HIT_V * a->N + i], footprint)) a->valid[i] = 0;
     }
 }

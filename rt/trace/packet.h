@@ -3,8 +3,7 @@
 #define FV_TRACE_PACKET_H
 
 #include "rt/trace/alpha.h"
-#include "rt/trace/simd.h"
-#include "rt/trace/tracer.h"
+#include "rt/trace/instance.h"
 
 /* What of a scene's features (enum fv_scene_features, whose lower bits are enum fv_material_flags) this
  * compilation of the kernel can show: all of them, but in the variants (variant.h). */
@@ -21,8 +20,9 @@
 struct packet_hit {
     vi hit;      /* mask */
     vi triangle; /* record number; 0 in lanes without a hit */
+    vi object;   /* the moving object's number, 0: it stands still; set where the kernel shows moving ones */
     vf t, u, v;
-    vf3 normal; /* Embree's geometric normal, not unit */
+    vf3 normal; /* Embree's geometric normal, in the world, not unit */
 };
 
 static inline struct fv_ray_context packet_context(bool coherent, float base, float growth)
@@ -51,6 +51,37 @@ static inline void packet_fill(FV_RAY_N *ray, vf3 origin, vf3 direction, vf far)
     vi_store(ray->flags, vi_of(0));
 }
 
+/* The nearest hits of a hit packet, from the moving objects. */
+static inline void packet_intersect_moving(const struct fv_tracer *tracer, struct fv_ray_context *context,
+                                           vf3 origin, vf3 direction, vi mask, struct packet_hit *h)
+{
+    _Alignas(64) FV_RAY_HIT_N r;
+    _Alignas(64) int valid[FV_WIDTH];
+    h->object = vi_of(0);
+    for (int i = 0; i < tracer->instances; i++) {
+        const struct fv_instance *o = &tracer->instance[i];
+        vi near = instance_near(o, origin, direction, h->t, mask);
+        if (o->ball[3] < 0 || !vi_any(near)) continue;
+        packet_fill(&r.ray, instance_turn_back(o, vf3_sub(origin, vf3_of(o->at))), instance_turn_back(o, direction),
+                    h->t);
+        vi_store(r.hit.geomID, vi_of(-1));
+        vi_store(r.hit.instID[0], vi_of(-1));
+        vi_store(valid, near);
+        FV_EXPAND_WIDTH(rtcIntersect, FV_WIDTH)(valid, o->scene, &context->embree, &r);
+        vi geometry = vi_load(r.hit.geomID), hit = near & (geometry != -1);
+        if (!vi_any(hit)) continue;
+        vi triangle = vi_load(r.hit.primID) + o->first + ((geometry == FV_GEOMETRY_MASKED) & o->opaque);
+        vf3 normal = {vf_load(r.hit.Ng_x), vf_load(r.hit.Ng_y), vf_load(r.hit.Ng_z)};
+        h->hit |= hit;
+        h->triangle = vi_select(hit, triangle, h->triangle);
+        h->object = vi_select(hit, vi_of(i + 1), h->object);
+        h->t = vf_select(hit, vf_load(r.ray.tfar), h->t);
+        h->u = vf_select(hit, vf_load(r.hit.u), h->u);
+        h->v = vf_select(hit, vf_load(r.hit.v), h->v);
+        h->normal = vf3_select(hit, instance_turn(o, normal), h->normal);
+    }
+}
+
 static inline struct packet_hit packet_intersect(const struct fv_tracer *tracer, struct fv_ray_context *context,
                                                  vf3 origin, vf3 direction, vi mask)
 {
@@ -72,7 +103,27 @@ static inline struct packet_hit packet_intersect(const struct fv_tracer *tracer,
     h.u = vf_load(r.hit.u);
     h.v = vf_load(r.hit.v);
     h.normal = (vf3){vf_load(r.hit.Ng_x), vf_load(r.hit.Ng_y), vf_load(r.hit.Ng_z)};
+    if (FV_FEATURES & FV_SCENE_MOVING) packet_intersect_moving(tracer, context, origin, direction, mask, &h);
     return h;
+}
+
+/* Of the lanes of mask, those that meet a moving object. */
+static inline vi packet_occluded_moving(const struct fv_tracer *tracer, struct fv_ray_context *context, vf3 origin,
+                                        vf3 direction, vf far, vi mask)
+{
+    _Alignas(64) FV_RAY_N r;
+    _Alignas(64) int valid[FV_WIDTH];
+    vi occluded = vi_of(0);
+    for (int i = 0; i < tracer->instances; i++) {
+        const struct fv_instance *o = &tracer->instance[i];
+        vi near = instance_near(o, origin, direction, far, mask & ~occluded);
+        if (o->ball[3] < 0 || !vi_any(near)) continue;
+        packet_fill(&r, instance_turn_back(o, vf3_sub(origin, vf3_of(o->at))), instance_turn_back(o, direction), far);
+        vi_store(valid, near);
+        FV_EXPAND_WIDTH(rtcOccluded, FV_WIDTH)(valid, o->scene, &context->embree, &r);
+        occluded |= near & (vf_load(r.tfar) < 0.0f);
+    }
+    return occluded;
 }
 
 /* Mask of the lanes whose segment origin + [0, far] * direction meets something. */
@@ -84,7 +135,10 @@ static inline vi packet_occluded(const struct fv_tracer *tracer, struct fv_ray_c
     packet_fill(&r, origin, direction, far);
     vi_store(valid, mask);
     FV_EXPAND_WIDTH(rtcOccluded, FV_WIDTH)(valid, tracer->scene, &context->embree, &r);
-    return mask & (vf_load(r.tfar) < 0.0f);
+    vi occluded = mask & (vf_load(r.tfar) < 0.0f);
+    if (FV_FEATURES & FV_SCENE_MOVING)
+        occluded |= packet_occluded_moving(tracer, context, origin, direction, far, mask & ~occluded);
+    return occluded;
 }
 
 #endif

@@ -202,12 +202,14 @@ static inline struct interpolated interpolate(const struct packet_hit *h, const 
 
 /* Everything about the packet's hits but what textures hold, whose texels are asked for: trace
  * something else before surface_fetch. `base`, `growth`: the ray cone, as in fv_ray_context. */
-static inline void surface_set(struct surface *s, const struct fv_scene *scene, const struct packet_hit *h,
+static inline void surface_set(struct surface *s, const struct fv_tracer *tracer, const struct packet_hit *h,
                                vf3 origin, vf3 direction, vf base, vf growth)
 {
+    const struct fv_scene *scene = tracer->data;
     vi w[16];
     load_records(scene->triangle, h->triangle, w);
     s->in = interpolate(h, w);
+    if (FV_FEATURES & FV_SCENE_MOVING) instance_turn_lanes(tracer, h->object, &s->in.normal, &s->in.tangent);
     vf3 zero = {vf_of(0), vf_of(0), vf_of(0)}, up = {vf_of(0), vf_of(1), vf_of(0)};
     vf t = vf_select(h->hit, h->t, vf_of(0));
     s->hit = h->hit;

@@ -20,7 +20,7 @@ struct rays {
     bool coherent;
 };
 
-static vf3 radiance(const struct shading *shading, const struct rays *rays, int depth, vf *t);
+static vf3 radiance(const struct shading *shading, const struct rays *rays, int depth, vf *t, vi *object);
 
 /* Lanes below this weight are not followed further. */
 static const float weight_min = 1 / 512.0f;
@@ -48,7 +48,8 @@ static vf3 follow(const struct shading *shading, const struct surface *s, vf3 di
                         .growth = s->footprint * 0.1f, .coherent = true};
     shading->rays[FV_RAY_SECONDARY] += __builtin_popcount(bits);
     vf t;
-    vf3 seen = radiance(shading, &next, depth - 1, &t);
+    vi object;
+    vf3 seen = radiance(shading, &next, depth - 1, &t, &object);
     return vf3_select(mask, (vf3){seen.x * weight.x, seen.y * weight.y, seen.z * weight.z}, zero);
 }
 
@@ -79,7 +80,8 @@ static vf3 secondary(const struct shading *shading, const struct surface *s, vf3
     return vf3_add(sum, follow(shading, s, reflected(s, d), vf_of(1), weight, mirror | glass, depth));
 }
 
-static vf3 radiance(const struct shading *shading, const struct rays *r, int depth, vf *t)
+/* t and object: of what is hit; inf and 0 where nothing is. */
+static vf3 radiance(const struct shading *shading, const struct rays *r, int depth, vf *t, vi *object)
 {
     const struct fv_tracer *tracer = shading->tracer;
     const struct fv_scene *scene = tracer->data;
@@ -88,9 +90,10 @@ static vf3 radiance(const struct shading *shading, const struct rays *r, int dep
     struct packet_hit hit = packet_intersect(tracer, &context, r->origin, r->direction, r->mask);
     vf3 out = vf3_of(scene->sky);
     *t = hit.t;
+    *object = FV_FEATURES & FV_SCENE_MOVING ? hit.object : vi_of(0);
     if (vi_any(hit.hit)) {
         struct surface s;
-        surface_set(&s, scene, &hit, r->origin, r->direction, r->base, r->growth);
+        surface_set(&s, tracer, &hit, r->origin, r->direction, r->base, r->growth);
         vf3 lit = light_surface(shading, &s, r->direction);
         if (s.any & FV_FEATURES & (FV_MATERIAL_MIRROR | FV_MATERIAL_GLASS))
             lit = vf3_add(lit, secondary(shading, &s, r->direction, depth));
@@ -136,10 +139,11 @@ void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, s
                          .mask = vi_lanes() < samples->count - i,
                          .base = vf_of(0), .growth = vf_of(view->pixel_size), .coherent = true};
         vf t;
+        vi object;
         if (tracer->data->features & FV_FEATURES & FV_SCENE_AREA_LIGHTS) randomise(&shading, x, y, seed);
-        vf3 seen = radiance(&shading, &r, tracer->depth, &t);
+        vf3 seen = radiance(&shading, &r, tracer->depth, &t, &object);
         store_samples(samples, i, seen, t);
-        vi_store(samples->surface + i, vi_of(0)); /* nothing moves yet */
+        vi_store(samples->surface + i, object);
     }
     rays[FV_RAY_PRIMARY] = counted;
 }

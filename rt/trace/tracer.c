@@ -1,7 +1,8 @@
-/* tracer: Embree's device and scene over our arrays. Opaque and masked triangles are two
- * geometries, so that opaque ones never pay for the alpha test. */
+/* tracer: Embree's device and scenes over our arrays: one of what stands still, and one of each moving object.
+ * Opaque and masked triangles are two geometries, so that opaque ones never pay for the alpha test. */
 #include "rt/trace/tracer.h"
 
+#include "platform/arena.h"
 #include "rt/fovea/foveal.h"
 #include "rt/trace/alpha.h"
 
@@ -22,8 +23,9 @@ static bool count_bytes(void *counter, ssize_t bytes, bool post)
     return true;
 }
 
-/* Geometry of the triangles [first, first + count), nothing where count is 0. */
-static void attach(const struct fv_tracer *t, unsigned id, int64_t first, int64_t count)
+/* Geometry of the triangles [first, first + count), nothing where count is 0. `masked`: for the alpha test. */
+static void attach(const struct fv_tracer *t, RTCScene to, unsigned id, int64_t first, int64_t count,
+                   struct fv_masked *masked)
 {
     const struct fv_scene *s = t->data;
     if (count == 0) return;
@@ -33,13 +35,44 @@ static void attach(const struct fv_tracer *t, unsigned id, int64_t first, int64_
     rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, s->index, (size_t)first * 12, 12,
                                (size_t)count);
     if (id == FV_GEOMETRY_MASKED) {
-        rtcSetGeometryUserData(g, (void *)s);
+        *masked = (struct fv_masked){s, first};
+        rtcSetGeometryUserData(g, masked);
         rtcSetGeometryIntersectFilterFunction(g, fv_alpha_test);
         rtcSetGeometryOccludedFilterFunction(g, fv_alpha_test);
     }
     rtcCommitGeometry(g);
-    rtcAttachGeometryByID(t->scene, g, id);
+    rtcAttachGeometryByID(to, g, id);
     rtcReleaseGeometry(g);
+}
+
+/* A scene of the triangles [first, first + count), of which `opaque` come first. */
+static RTCScene make_scene(const struct fv_tracer *t, int64_t first, int64_t count, int64_t opaque,
+                           struct fv_masked *masked)
+{
+    RTCScene s = rtcNewScene(t->device);
+    rtcSetSceneBuildQuality(s, RTC_BUILD_QUALITY_MEDIUM);
+    attach(t, s, FV_GEOMETRY_OPAQUE, first, opaque, NULL);
+    attach(t, s, FV_GEOMETRY_MASKED, first + opaque, count - opaque, masked);
+    rtcCommitScene(s);
+    return s;
+}
+
+static void make_instances(struct fv_tracer *t)
+{
+    const struct fv_scene *s = t->data;
+    struct fv_pose pose[FV_MOVING_MAX];
+    if (!(s->features & FV_SCENE_MOVING)) return;
+    t->instances = s->objects;
+    t->instance = fv_arena_take(fv_arena(), "moving objects", (size_t)s->objects * sizeof *t->instance, 64);
+    for (int i = 0; i < s->objects; i++) {
+        const struct fv_object *o = &s->object[i];
+        struct fv_instance *to = &t->instance[i];
+        to->first = (int32_t)o->first;
+        to->opaque = (int32_t)o->opaque_triangles;
+        to->scene = make_scene(t, o->first, o->triangles, o->opaque_triangles, &to->masked);
+        fv_moving_pose(&o->moving, 0, &pose[i]);
+    }
+    fv_tracer_move(t, pose);
 }
 
 static enum fv_isa wanted_isa(const char *word)
@@ -73,18 +106,34 @@ int fv_tracer_open(struct fv_tracer *t, const struct fv_scene *scene, const stru
     rtcSetDeviceErrorFunction(t->device, on_error, message);
     bytes = 0;
     rtcSetDeviceMemoryMonitorFunction(t->device, count_bytes, &bytes);
-    t->scene = rtcNewScene(t->device);
-    rtcSetSceneBuildQuality(t->scene, RTC_BUILD_QUALITY_MEDIUM);
-    attach(t, FV_GEOMETRY_OPAQUE, 0, scene->opaque_triangles);
-    attach(t, FV_GEOMETRY_MASKED, scene->opaque_triangles, scene->triangles - scene->opaque_triangles);
-    rtcCommitScene(t->scene);
+    t->scene = make_scene(t, 0, scene->still_triangles, scene->opaque_triangles, &t->masked);
+    make_instances(t);
     t->bytes = bytes;
     if (message[0]) return fv_error_set(error, "Embree: %s", message);
     return 0;
 }
 
+void fv_tracer_move(const struct fv_tracer *t, const struct fv_pose *pose)
+{
+    for (int i = 0; i < t->instances; i++) {
+        const struct fv_object *o = &t->data->object[i];
+        struct fv_instance *to = &t->instance[i];
+        double axis[3], ball[3] = {o->centre[0], o->centre[1], o->centre[2]};
+        fv_quat_rotate(pose[i].rotation, ball, ball);
+        for (int c = 0; c < 3; c++) {
+            for (int r = 0; r < 3; r++) axis[r] = r == c;
+            fv_quat_rotate(pose[i].rotation, axis, axis);
+            for (int r = 0; r < 3; r++) to->turn[r][c] = (float)axis[r];
+            to->at[c] = (float)pose[i].position_m[c];
+            to->ball[c] = (float)(pose[i].position_m[c] + ball[c]);
+        }
+        to->ball[3] = o->triangles > 0 ? o->radius : -1;
+    }
+}
+
 void fv_tracer_close(struct fv_tracer *t)
 {
+    for (int i = 0; i < t->instances; i++) rtcReleaseScene(t->instance[i].scene);
     rtcReleaseScene(t->scene);
     rtcReleaseDevice(t->device);
 }

@@ -38,9 +38,27 @@ struct fv_samples {
     _Alignas(64) int32_t surface[FV_SAMPLES_MAX]; /* out: enum fv_surface */
 };
 
+/* What Embree hands the alpha test of a geometry: its first triangle's record. */
+struct fv_masked {
+    const struct fv_scene *scene;
+    int64_t first;
+};
+
+/* A moving object and where it is. */
+struct fv_instance {
+    RTCScene scene;
+    struct fv_masked masked;
+    int32_t first, opaque;   /* triangle record = first + primID, of masked ones + opaque */
+    float turn[3][3], at[3]; /* world = turn * own + at */
+    float ball[4];           /* around it: centre, in the world, and radius; -1: it has no triangles */
+};
+
 struct fv_tracer {
     RTCDevice device;
-    RTCScene scene;
+    RTCScene scene;                /* of what stands still */
+    int instances;
+    struct fv_instance *instance;  /* of objects 1 to `instances`; the only thing here that frames change */
+    struct fv_masked masked;
     const struct fv_scene *data;
     const float *noise;  /* fv_noise(), NULL where the scene has no area light */
     int64_t bytes;       /* of the acceleration structure and what else Embree holds of the scene */
@@ -53,6 +71,10 @@ struct fv_tracer {
 int fv_tracer_open(struct fv_tracer *tracer, const struct fv_scene *scene, const struct fv_config *config,
                    struct fv_error *error);
 void fv_tracer_close(struct fv_tracer *tracer);
+
+/* Puts the moving objects where they are for the rays that follow: pose[0] is that of object 1. All are where
+ * they are at time 0 before. Not while rays are traced. */
+void fv_tracer_move(const struct fv_tracer *tracer, const struct fv_pose *pose);
 
 /* What Embree hands to the alpha test: the context, extended by the ray cone. The footprint of a
  * hit at parameter t is base + t * growth (m). */

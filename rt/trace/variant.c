@@ -6,11 +6,12 @@ const struct fv_variant_row fv_variants[FV_VARIANTS] = {
     [FV_VARIANT_TEXTURED] = {"textured", FV_FEATURES_TEXTURED},
     [FV_VARIANT_MIRRORED] = {"mirrored", FV_FEATURES_MIRRORED},
     [FV_VARIANT_ALL] = {"all", FV_FEATURES_ALL},
+    [FV_VARIANT_MOVING] = {"moving", FV_FEATURES_MOVING},
 };
 
 enum fv_variant fv_variant_for(uint32_t features)
 {
-    for (int v = 0; v < FV_VARIANT_ALL; v++)
+    for (int v = 0; v < FV_VARIANT_MOVING; v++)
         if (!(features & ~fv_variants[v].features)) return (enum fv_variant)v;
-    return FV_VARIANT_ALL;
+    return FV_VARIANT_MOVING;
 }

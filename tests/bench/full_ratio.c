@@ -6,7 +6,7 @@
  * and both are thread CPU time, so that a busy machine disturbs neither. */
 #include "platform/files.h"
 #include "rt/frame/loop.h"
-#include "rt/frame/path.h"
+#include "rt/scene/path.h"
 #include "rt/measure/rank.h"
 #include "tests/support/program.h"
 

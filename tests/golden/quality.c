@@ -4,7 +4,7 @@
 
 #include "platform/files.h"
 #include "rt/frame/loop.h"
-#include "rt/frame/path.h"
+#include "rt/scene/path.h"
 
 #include <math.h>
 

@@ -1,2 +1,3 @@
 fv_test(golden pictures rt)
 fv_test(golden quality rt)
+fv_test(golden moving rt)

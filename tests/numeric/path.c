@@ -1,6 +1,6 @@
 /* path: the viewer's path at every length and number of way points, from the first frame to the ends of
  * int64: finite, exactly periodic, and never jumping. */
-#include "rt/frame/path.h"
+#include "rt/scene/path.h"
 #include "tests/support/program.h"
 #include "tests/support/random.h"
 
