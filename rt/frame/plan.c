@@ -171,10 +171,12 @@ static const struct {
     {FV_SCENE_POINT_LIGHTS, "point lights", "the scene or scene.point_lights has some", "no point light"},
     {FV_SCENE_AREA_LIGHTS, "area lights",
      "the scene or scene.area_lights has some: method.area_spp shadow rays each",
-     "no area light: no random numbers either"},
+     "no area light"},
     {FV_SCENE_SUN, "sun", "the scene or scene.sun has one", "no sun"},
     {FV_SCENE_MOVING, "moving objects", "scene.moving has some: each ray is tried against each one's ball",
      "scene.moving is empty: one acceleration structure, no motion but the viewer's"},
+    {FV_SCENE_AO, "ambient occlusion", "method.ao_spp rays from what each primary ray hits",
+     "method.ao_spp is 0, or there is no ambient light"},
 };
 enum { FEATURES = sizeof features / sizeof features[0] };
 
@@ -192,13 +194,13 @@ static void choose_features(struct fv_plan *p, const struct fv_scene *s, const s
         s->triangles * (int64_t)(sizeof *s->triangle + 3 * sizeof *s->index) + 12 * s->vertices;
     fv_plan_add(p, "memory", "geometry", true, geometry, "%lld triangles, %lld vertices",
                 (long long)s->triangles, (long long)s->vertices);
-    bool area = s->features & FV_SCENE_AREA_LIGHTS;
+    bool stochastic = s->features & FV_SCENE_STOCHASTIC;
     p->noise = p->needs & FV_NEEDS_NOISE;
-    fv_plan_add(p, "memory", "blue-noise mask", p->noise || area,
+    fv_plan_add(p, "memory", "blue-noise mask", p->noise || stochastic,
                 FV_NOISE_SIZE * FV_NOISE_SIZE * (int)sizeof(float),
                 p->noise ? "pixels are chosen by it"
-                : area   ? "points on area lights are chosen by it"
-                         : "every pixel is sampled, and there is no area light");
+                : stochastic ? "rays to area lights and for ambient occlusion are chosen by it"
+                             : "every pixel is sampled, and there is no light that is sampled");
 }
 
 static const char *first_feature(uint32_t bits)

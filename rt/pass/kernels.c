@@ -12,9 +12,17 @@
     TRACE(fv_trace_all, isa)                                                                                     \
     TRACE(fv_trace_samples, isa)                                                                                 \
     void fv_pixel_encode_##isa(const float *, const float *, const float *, float, uint32_t *, int);             \
+    void fv_pixel_encode_light_##isa(const float *, const float *, const float *, float, uint32_t *, int);       \
+    void fv_pixel_encode_albedo_##isa(const float *, const float *, const float *, uint32_t *, int);             \
+    void fv_pixel_compose_##isa(const uint32_t *, const uint32_t *, const uint32_t *, uint32_t *, int);          \
     void fv_reproject_##isa(struct fv_reproject_tile *);                                                         \
     void fv_pixel_present_##isa(const uint32_t *, uint8_t *, int);
-#define ROW(trace, isa) {trace##_##isa, fv_pixel_encode_##isa, fv_reproject_##isa, fv_pixel_present_##isa}
+#define ROW(trace_, isa)                                                                                         \
+    {                                                                                                            \
+        .trace = trace_##_##isa, .encode = fv_pixel_encode_##isa, .encode_light = fv_pixel_encode_light_##isa,   \
+        .encode_albedo = fv_pixel_encode_albedo_##isa, .compose = fv_pixel_compose_##isa,                        \
+        .reproject = fv_reproject_##isa, .present = fv_pixel_present_##isa                                       \
+    }
 #define ROWS(isa)                                                        \
     {                                                                    \
         [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, isa),                   \

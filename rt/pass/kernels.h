@@ -9,13 +9,21 @@
 struct fv_reproject_tile; /* rt/pass/reproject.h */
 
 struct fv_kernels {
-    /* Traces and shades samples [0, count); seed: changes the random numbers of area lights.
+    /* Traces and shades samples [0, count); seed: changes the random numbers of sampled light.
      * Adds to rays[FV_RAY_*]. */
     void (*trace)(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
                   uint32_t seed, int64_t *rays);
 
     /* Tone-maps and encodes n linear radiances to pixels (pixel.h); n and the arrays padded to the width. */
     void (*encode)(const float *red, const float *green, const float *blue, float exposure, uint32_t *pixel, int n);
+
+    /* The same of light and albedo that are kept apart (pixel.h). */
+    void (*encode_light)(const float *red, const float *green, const float *blue, float exposure, uint32_t *pixel,
+                         int n);
+    void (*encode_albedo)(const float *red, const float *green, const float *blue, uint32_t *pixel, int n);
+
+    /* Pixels of base + albedo * light; with base's flags. `pixel` may be one of the others. */
+    void (*compose)(const uint32_t *base, const uint32_t *albedo, const uint32_t *light, uint32_t *pixel, int n);
 
     /* One tile of history into the new view; see reproject.h. */
     void (*reproject)(struct fv_reproject_tile *tile);

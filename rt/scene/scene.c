@@ -161,6 +161,8 @@ int fv_scene_load(struct fv_scene *scene, const struct fv_config *config, struct
     }
     fv_log_progress("building %s", scene->name);
     if (fv_build_finish(build, scene, error)) return -1;
+    if (config->method_ao_spp > 0 && (scene->ambient[0] > 0 || scene->ambient[1] > 0 || scene->ambient[2] > 0))
+        scene->features |= FV_SCENE_AO;
     fv_log("scene %s: %lld triangles, %d materials, %d textures, read in %.2f s", scene->name,
            (long long)scene->triangles, scene->materials, scene->textures,
            (double)(fv_clock_now_ns(&fv_clock_monotonic) - start_ns) * 1e-9);

@@ -94,8 +94,12 @@ enum fv_scene_features {
     FV_SCENE_POINT_LIGHTS = 128,
     FV_SCENE_AREA_LIGHTS = 256,
     FV_SCENE_SUN = 512,
-    FV_SCENE_MOVING = 1024
+    FV_SCENE_MOVING = 1024,
+    FV_SCENE_AO = 2048 /* ambient light, which near surfaces take away: asked for by method.ao_spp */
 };
+
+/* Features whose light is sampled by random rays. */
+#define FV_SCENE_STOCHASTIC (FV_SCENE_AREA_LIGHTS | FV_SCENE_AO)
 
 /* What moves. Its vertices are in its own space, which scene.moving's row leads from; its number, in pictures
  * and poses, is that of its place in the scene's list, from 1. */

@@ -1,8 +1,8 @@
-/* pixel: how a colour is kept in the frame and its history: display-encoded, 10 bits a channel.
+/* pixel: how a colour is kept in the frame and its history: 10 bits a channel, 0..1023.
  *
- * Bits 0-9 red, 10-19 green, 20-29 blue: sRGB-encoded tone-mapped values, 0..1023. Two bits more
- * than the display shows, so that blending over many frames does not band. The two bits above are
- * flags (pass/pass.h). */
+ * Bits 0-9 red, 10-19 green, 20-29 blue. Colours: sRGB-encoded tone-mapped values, two bits more than the
+ * display shows, so that blending over many frames does not band. The two bits above are flags (pass/pass.h).
+ * Light that is kept apart (trace/tracer.h), times the exposure: sqrt(x / (1 + x)). Albedo: sqrt(x). */
 #ifndef FV_TRACE_PIXEL_H
 #define FV_TRACE_PIXEL_H
 
@@ -18,6 +18,17 @@ static inline vf pixel_encode_channel(vf linear)
     vf s1 = vf_sqrt(y), s2 = vf_sqrt(s1), s3 = vf_sqrt(s2);
     vf curve = 0.662002687f * s1 + 0.684122060f * s2 - 0.323583601f * s3 - 0.0225411470f * y;
     return vf_clamp(vf_select(y < 0.0031308f, 12.92f * y, curve), 0, 1);
+}
+
+/* The inverse: of a code / 1023 in [0, 1], the linear value that it stands for, in [0, 7.3]; the polynomial
+ * gives the code back to a twentieth of it. */
+static inline vf pixel_decode_channel(vf e)
+{
+    vf y = 0.000847712854f + e * (0.0325745922f + e * (0.519523229f + e * (0.676067463f + e * (-0.32765661f + e * 0.0987626696f))));
+    y = vf_select(e < 41.5f / 1023, e * (1 / 12.92f), vf_clamp(y, 0.0031309f, 1));
+    /* x of y = x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14); as a quotient, since the sum cancels where y is small. */
+    vf a = 2.51f - 2.43f * y, b = 0.59f * y - 0.03f, c = 0.14f * y, root = vf_sqrt(b * b + 4.0f * a * c);
+    return vf_select(b > 0.0f, (root + b) / (2.0f * a), 2.0f * c / (root - b));
 }
 
 static inline vi pixel_pack(vf3 encoded_1023)
@@ -37,6 +48,20 @@ static inline vi pixel_encode(vf3 linear, float exposure)
              pixel_encode_channel(linear.y * exposure) * 1023.0f,
              pixel_encode_channel(linear.z * exposure) * 1023.0f};
     return pixel_pack(e);
+}
+
+/* Light in [0, inf]: NaN and negative give 0, infinity 1. */
+static inline vf pixel_encode_light(vf x)
+{
+    x = vf_clamp(x, 0, 1e6f);
+    return vf_sqrt(x / (1.0f + x));
+}
+
+/* Of a code / 1023 in [0, 1], in [0, 2046]: the highest code stands for all that is brighter. */
+static inline vf pixel_decode_light(vf e)
+{
+    vf square = vf_min(e * e, vf_of(1 - 0.5f / 1023));
+    return square / (1.0f - square);
 }
 
 #endif

@@ -1,10 +1,16 @@
-/* pixel_kernel: rows of radiances to pixels and rows of pixels to bytes. */
+/* pixel_kernel: rows of radiances, light and albedo to pixels, these together, and rows of pixels to bytes. */
 #include "rt/trace/pixel.h"
 
 #define encode FV_ISA_NAME(fv_pixel_encode)
+#define encode_light FV_ISA_NAME(fv_pixel_encode_light)
+#define encode_albedo FV_ISA_NAME(fv_pixel_encode_albedo)
+#define compose FV_ISA_NAME(fv_pixel_compose)
 #define present FV_ISA_NAME(fv_pixel_present)
 
 void encode(const float *red, const float *green, const float *blue, float exposure, uint32_t *pixel, int n);
+void encode_light(const float *red, const float *green, const float *blue, float exposure, uint32_t *pixel, int n);
+void encode_albedo(const float *red, const float *green, const float *blue, uint32_t *pixel, int n);
+void compose(const uint32_t *base, const uint32_t *albedo, const uint32_t *light, uint32_t *pixel, int n);
 void present(const uint32_t *pixel, uint8_t *rgbx, int n);
 
 void encode(const float *red, const float *green, const float *blue, float exposure, uint32_t *pixel, int n)
@@ -12,6 +18,42 @@ void encode(const float *red, const float *green, const float *blue, float expos
     for (int i = 0; i < n; i += FV_WIDTH) {
         vf3 linear = {vf_load(red + i), vf_load(green + i), vf_load(blue + i)};
         vi_store(pixel + i, pixel_encode(linear, exposure));
+    }
+}
+
+void encode_light(const float *red, const float *green, const float *blue, float exposure, uint32_t *pixel, int n)
+{
+    for (int i = 0; i < n; i += FV_WIDTH) {
+        vf3 e = {pixel_encode_light(vf_load(red + i) * exposure), pixel_encode_light(vf_load(green + i) * exposure),
+                 pixel_encode_light(vf_load(blue + i) * exposure)};
+        vi_store(pixel + i, pixel_pack(vf3_scale(e, vf_of(1023))));
+    }
+}
+
+void encode_albedo(const float *red, const float *green, const float *blue, uint32_t *pixel, int n)
+{
+    for (int i = 0; i < n; i += FV_WIDTH) {
+        vf3 e = {vf_sqrt(vf_clamp(vf_load(red + i), 0, 1)), vf_sqrt(vf_clamp(vf_load(green + i), 0, 1)),
+                 vf_sqrt(vf_clamp(vf_load(blue + i), 0, 1))};
+        vi_store(pixel + i, pixel_pack(vf3_scale(e, vf_of(1023))));
+    }
+}
+
+/* One channel of base + albedo * light, all as codes 0..1023. */
+static inline vf lit_channel(vf base, vf albedo, vf light)
+{
+    const float unit = 1 / 1023.0f;
+    vf root = albedo * unit;
+    return pixel_decode_channel(base * unit) + root * root * pixel_decode_light(light * unit);
+}
+
+void compose(const uint32_t *base, const uint32_t *albedo, const uint32_t *light, uint32_t *pixel, int n)
+{
+    for (int i = 0; i < n; i += FV_WIDTH) {
+        vi packed = vi_load(base + i);
+        vf3 b = pixel_unpack(packed), a = pixel_unpack(vi_load(albedo + i)), l = pixel_unpack(vi_load(light + i));
+        vf3 sum = {lit_channel(b.x, a.x, l.x), lit_channel(b.y, a.y, l.y), lit_channel(b.z, a.z, l.z)};
+        vi_store(pixel + i, pixel_encode(sum, 1) | (packed & ~0x3fffffff));
     }
 }
 

@@ -26,6 +26,7 @@ struct surface {
     vf offset;         /* distance along `geometric` that clears the surface's own rounding */
     vf3 geometric;     /* unit, towards the viewer */
     vf3 normal;        /* shading normal, unit, towards the viewer; bent by surface_fetch */
+    vi flat;           /* mask: a mirror whose normals are all the triangle's own */
     vi outside;        /* mask: seen from the side that the triangle's winding faces */
     vf footprint;      /* m: the ray cone's width here */
     vf3 diffuse, specular, emission, mirror, transmission;
@@ -200,6 +201,17 @@ static inline struct interpolated interpolate(const struct packet_hit *h, const 
     return in;
 }
 
+/* Mask of the lanes whose corners have the triangle's own normal, to a milliradian. */
+static inline vi flat_normals(const struct surface *s, const vi w[16])
+{
+    vf3 a = {low16(w[6]), high16(w[6]), low16(w[7])}, b = {high16(w[7]), low16(w[8]), high16(w[8])};
+    vf3 c = {low16(w[9]), high16(w[9]), low16(w[10])}, g = s->geometric;
+    vf3 ab = vf3_sub(a, b), ac = vf3_sub(a, c);
+    vf3 off = {a.y * g.z - a.z * g.y, a.z * g.x - a.x * g.z, a.x * g.y - a.y * g.x};
+    vf most = vf_max(vf_dot(off, off), vf_max(vf_dot(ab, ab), vf_dot(ac, ac)));
+    return s->hit & (most < 32.767f * 32.767f);
+}
+
 /* Everything about the packet's hits but what textures hold, whose texels are asked for: trace
  * something else before surface_fetch. `base`, `growth`: the ray cone, as in fv_ray_context. */
 static inline void surface_set(struct surface *s, const struct fv_tracer *tracer, const struct packet_hit *h,
@@ -244,6 +256,9 @@ static inline void surface_set(struct surface *s, const struct fv_tracer *tracer
         pending &= ~vi_bits(lanes);
         apply_material(s, scene, &scene->material[id], lanes, footprint);
     }
+    s->flat = vi_of(0);
+    if (s->any & FV_FEATURES & FV_MATERIAL_MIRROR)
+        s->flat = flat_normals(s, w) & ((s->flags & FV_MATERIAL_NORMAL_MAPPED) == 0);
     if (s->any & FV_FEATURES & FV_MATERIAL_TEXTURED) prefetch(scene->texel, &s->base);
     if (s->any & FV_FEATURES & FV_MATERIAL_NORMAL_MAPPED) prefetch(scene->texel, &s->bump);
 }

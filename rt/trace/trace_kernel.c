@@ -17,10 +17,19 @@ struct rays {
     vf3 origin, direction;
     vi mask;
     vf base, growth;
-    bool coherent;
+    bool coherent, primary;
 };
 
-static vf3 radiance(const struct shading *shading, const struct rays *rays, int depth, vf *t, vi *object);
+/* What they see: of primary rays without `parted`, where that is not NULL. */
+struct seen {
+    vf3 radiance;
+    vf depth;      /* ray parameter of the surface, or of the image behind a flat mirror; infinite: none */
+    vi surface;    /* enum fv_surface, but for FV_SURFACE_GRAZING */
+    vf3 geometric; /* of the surface; 0 where there is none */
+};
+
+static void look(const struct shading *shading, const struct rays *rays, int depth, struct parted *parted,
+                 struct seen *seen);
 
 /* Lanes below this weight are not followed further. */
 static const float weight_min = 1 / 512.0f;
@@ -30,27 +39,30 @@ static inline vi heavy(vf3 weight)
     return vf_max(vf_max(weight.x, weight.y), weight.z) > weight_min;
 }
 
-/* Radiance along `direction` from the surface, times weight; only in lanes of mask. */
-static vf3 follow(const struct shading *shading, const struct surface *s, vf3 direction, vf side, vf3 weight,
-                  vi mask, int depth)
+/* What there is along unit `direction` from the surface, its radiance times weight; only in lanes of mask. At
+ * the end of the chain that is the mean surroundings, of no known depth: 0. */
+static void follow(const struct shading *shading, const struct surface *s, vf3 direction, vf side, vf3 weight,
+                   vi mask, int depth, struct seen *seen)
 {
     vf3 zero = {vf_of(0), vf_of(0), vf_of(0)};
+    *seen = (struct seen){.radiance = zero, .depth = vf_of(0), .surface = vi_of(0)};
     mask &= heavy(weight);
     unsigned bits = vi_bits(mask);
-    if (!bits) return zero;
+    if (!bits) return;
     if (depth <= 0) {
-        const struct fv_scene *scene = shading->tracer->data;
-        vf3 rest = vf3_of(scene->ambient);
-        return vf3_select(mask, (vf3){rest.x * weight.x, rest.y * weight.y, rest.z * weight.z}, zero);
+        seen->radiance = vf3_of(shading->tracer->data->ambient);
+        seen->surface = mask & FV_SURFACE_VIEW;
+    } else {
+        struct rays next = {.origin = vf3_add(s->point, vf3_scale(s->geometric, s->offset * side)),
+                            .direction = direction, .mask = mask, .base = s->footprint,
+                            .growth = s->footprint * 0.1f, .coherent = true};
+        shading->rays[FV_RAY_SECONDARY] += __builtin_popcount(bits);
+        look(shading, &next, depth - 1, NULL, seen);
+        seen->surface &= mask;
+        seen->depth = vf_select(mask, seen->depth, vf_of(0));
     }
-    struct rays next = {.origin = vf3_add(s->point, vf3_scale(s->geometric, s->offset * side)),
-                        .direction = direction, .mask = mask, .base = s->footprint,
-                        .growth = s->footprint * 0.1f, .coherent = true};
-    shading->rays[FV_RAY_SECONDARY] += __builtin_popcount(bits);
-    vf t;
-    vi object;
-    vf3 seen = radiance(shading, &next, depth - 1, &t, &object);
-    return vf3_select(mask, (vf3){seen.x * weight.x, seen.y * weight.y, seen.z * weight.z}, zero);
+    vf3 r = seen->radiance;
+    seen->radiance = vf3_select(mask, (vf3){r.x * weight.x, r.y * weight.y, r.z * weight.z}, zero);
 }
 
 /* Mirror direction of unit d about the shading normal, kept above the surface itself. */
@@ -62,44 +74,65 @@ static inline vf3 reflected(const struct surface *s, vf3 d)
     return vf3_select(above > 0.0f, r, plain);
 }
 
-static vf3 secondary(const struct shading *shading, const struct surface *s, vf3 direction, int depth)
+/* Where a mirror is flat and shows more than it scatters, the depth becomes that of the image behind it: as far
+ * again as what it shows is from it. Other mirrors and glass keep theirs and show what moves otherwise. A moving
+ * object in a mirror, or a moving mirror, does so too. */
+static inline void place_image(const struct surface *s, vf3 direction, vi mirror, vi glass, vf3 weight,
+                               const struct seen *image, struct seen *seen)
+{
+    vf scattered = vf_max(vf_max(s->diffuse.x, s->diffuse.y), s->diffuse.z);
+    vf mirrored = vf_max(vf_max(weight.x, weight.y), weight.z);
+    vi clear = mirror & s->flat & (mirrored > scattered);
+    vi other = (mirror & heavy(weight) & ~clear) | glass;
+    vi moving = clear & (((image->surface | seen->surface) & FV_SURFACE_OBJECT) != 0);
+    vf inverse = vf_rsqrt(vf_max(vf_dot(direction, direction), vf_of(1e-30f)));
+    seen->depth += vf_select(clear, image->depth * inverse, vf_of(0));
+    seen->surface |= (clear & image->surface & FV_SURFACE_VIEW) | ((other | moving) & FV_SURFACE_VIEW);
+}
+
+/* Adds what the surface mirrors and lets through. */
+static void secondary(const struct shading *shading, const struct surface *s, vf3 direction, int depth,
+                      struct seen *seen)
 {
     vf3 d = vf3_normalise(direction, vf3_scale(s->normal, vf_of(-1)));
     vi mirror = s->hit & ((s->flags & FV_MATERIAL_MIRROR) != 0);
     vi glass = s->hit & ((s->flags & FV_MATERIAL_GLASS) != 0);
     vf3 weight = vf3_select(mirror, s->mirror, (vf3){vf_of(0), vf_of(0), vf_of(0)});
-    vf3 sum = {vf_of(0), vf_of(0), vf_of(0)};
+    struct seen other;
     if (vi_any(glass)) {
         struct refraction r = refract(d, s->normal, s->ior, s->outside);
         /* A bent normal must not send back what goes through. */
         vf3 beyond = vf3_select(vf_dot(r.beyond, s->geometric) < 0.0f, r.beyond, d);
-        sum = follow(shading, s, beyond, vf_of(-1), vf3_scale(s->transmission, 1.0f - r.reflectance),
-                     glass & r.through, depth);
+        follow(shading, s, beyond, vf_of(-1), vf3_scale(s->transmission, 1.0f - r.reflectance),
+               glass & r.through, depth, &other);
+        seen->radiance = vf3_add(seen->radiance, other.radiance);
         weight = vf3_select(glass, (vf3){r.reflectance, r.reflectance, r.reflectance}, weight);
     }
-    return vf3_add(sum, follow(shading, s, reflected(s, d), vf_of(1), weight, mirror | glass, depth));
+    follow(shading, s, reflected(s, d), vf_of(1), weight, mirror | glass, depth, &other);
+    seen->radiance = vf3_add(seen->radiance, other.radiance);
+    place_image(s, direction, mirror & ~glass, glass, weight, &other, seen);
 }
 
-/* t and object: of what is hit; inf and 0 where nothing is. */
-static vf3 radiance(const struct shading *shading, const struct rays *r, int depth, vf *t, vi *object)
+static void look(const struct shading *shading, const struct rays *r, int depth, struct parted *parted,
+                 struct seen *seen)
 {
     const struct fv_tracer *tracer = shading->tracer;
     const struct fv_scene *scene = tracer->data;
     int first = __builtin_ctz(vi_bits(r->mask));
     struct fv_ray_context context = packet_context(r->coherent, r->base[first], r->growth[first]);
     struct packet_hit hit = packet_intersect(tracer, &context, r->origin, r->direction, r->mask);
-    vf3 out = vf3_of(scene->sky);
-    *t = hit.t;
-    *object = FV_FEATURES & FV_SCENE_MOVING ? hit.object : vi_of(0);
-    if (vi_any(hit.hit)) {
-        struct surface s;
-        surface_set(&s, tracer, &hit, r->origin, r->direction, r->base, r->growth);
-        vf3 lit = light_surface(shading, &s, r->direction);
-        if (s.any & FV_FEATURES & (FV_MATERIAL_MIRROR | FV_MATERIAL_GLASS))
-            lit = vf3_add(lit, secondary(shading, &s, r->direction, depth));
-        out = vf3_select(hit.hit, lit, out);
-    }
-    return out;
+    vf3 sky = vf3_of(scene->sky), zero = {vf_of(0), vf_of(0), vf_of(0)};
+    vi object = FV_FEATURES & FV_SCENE_MOVING ? hit.object : vi_of(0);
+    *seen = (struct seen){.radiance = sky, .depth = hit.t, .surface = object, .geometric = zero};
+    if (!vi_any(hit.hit)) return;
+    struct surface s;
+    surface_set(&s, tracer, &hit, r->origin, r->direction, r->base, r->growth);
+    seen->geometric = s.geometric;
+    seen->radiance = light_surface(shading, &s, r->direction, r->primary, parted);
+    if (s.any & FV_FEATURES & (FV_MATERIAL_MIRROR | FV_MATERIAL_GLASS))
+        secondary(shading, &s, r->direction, depth, seen);
+    seen->radiance = vf3_select(hit.hit, seen->radiance, sky);
+    seen->geometric = vf3_select(hit.hit, s.geometric, zero);
 }
 
 /* Two numbers in [0, 1) from the blue-noise mask at the sample's pixel, turned by the seed. */
@@ -115,15 +148,43 @@ static inline void randomise(struct shading *shading, vf x, vf y, uint32_t seed)
     shading->random2 = b - vf_floor(b);
 }
 
-static inline void store_samples(struct fv_samples *samples, int i, vf3 seen, vf t)
+static inline vi sound(vf3 radiance)
 {
-    vi known = (vf_abs(seen.x) <= FV_RADIANCE_MAX) & (vf_abs(seen.y) <= FV_RADIANCE_MAX) &
-               (vf_abs(seen.z) <= FV_RADIANCE_MAX);
-    vf zero = vf_of(0), w = vf_select(t < 1e30f, 1.0f / vf_max(t, vf_of(1 / FV_INVERSE_DEPTH_MAX)), zero);
-    vf_store(samples->red + i, vf_select(known, vf_max(seen.x, zero), zero));
-    vf_store(samples->green + i, vf_select(known, vf_max(seen.y, zero), zero));
-    vf_store(samples->blue + i, vf_select(known, vf_max(seen.z, zero), zero));
+    return (vf_abs(radiance.x) <= FV_RADIANCE_MAX) & (vf_abs(radiance.y) <= FV_RADIANCE_MAX) &
+           (vf_abs(radiance.z) <= FV_RADIANCE_MAX);
+}
+
+static inline void store_samples(struct fv_samples *samples, int i, const struct seen *seen, vi known, vf3 axis,
+                                 float epsilon_grazing)
+{
+    vf t = seen->depth, zero = vf_of(0);
+    vf w = vf_select(t < 1e30f, 1.0f / vf_max(t, vf_of(1 / FV_INVERSE_DEPTH_MAX)), zero);
+    vi hit = vf_dot(seen->geometric, seen->geometric) > 0.0f;
+    vi grazing = hit & (vf_max(-vf_dot(seen->geometric, axis), zero) < epsilon_grazing);
+    vf_store(samples->red + i, vf_select(known, vf_max(seen->radiance.x, zero), zero));
+    vf_store(samples->green + i, vf_select(known, vf_max(seen->radiance.y, zero), zero));
+    vf_store(samples->blue + i, vf_select(known, vf_max(seen->radiance.z, zero), zero));
     vf_store(samples->inverse_depth + i, vf_select(known, w, vf_of(FV_DEPTH_UNKNOWN)));
+    vi_store(samples->surface + i, seen->surface | (grazing & FV_SURFACE_GRAZING));
+}
+
+static inline void store_parted(struct fv_samples *samples, int i, const struct parted *p, vi known)
+{
+    vf zero = vf_of(0);
+    vf_store(samples->albedo_red + i, p->albedo.x);
+    vf_store(samples->albedo_green + i, p->albedo.y);
+    vf_store(samples->albedo_blue + i, p->albedo.z);
+    vf_store(samples->light_red + i, vf_select(known, vf_max(p->light.x, zero), zero));
+    vf_store(samples->light_green + i, vf_select(known, vf_max(p->light.y, zero), zero));
+    vf_store(samples->light_blue + i, vf_select(known, vf_max(p->light.z, zero), zero));
+}
+
+/* The view's optical axis, unit. */
+static vf3 axis_of(const struct fv_view *view)
+{
+    double ahead[3] = {0, 0, -1};
+    fv_quat_rotate(view->pose.rotation, ahead, ahead);
+    return vf3_of((float[3]){(float)ahead[0], (float)ahead[1], (float)ahead[2]});
 }
 
 void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
@@ -131,19 +192,23 @@ void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, s
 {
     struct shading shading = {.tracer = tracer, .rays = rays};
     int64_t counted = rays[FV_RAY_PRIMARY] + samples->count;
-    vf3 corner = vf3_of(view->corner), dx = vf3_of(view->dx), dy = vf3_of(view->dy);
+    uint32_t sampled = tracer->data->features & FV_FEATURES & FV_SCENE_STOCHASTIC;
+    bool split = sampled && samples->split;
+    vf3 corner = vf3_of(view->corner), dx = vf3_of(view->dx), dy = vf3_of(view->dy), axis = axis_of(view);
     for (int i = 0; i < samples->count; i += FV_WIDTH) {
         vf x = vf_load(samples->x + i), y = vf_load(samples->y + i);
         struct rays r = {.origin = vf3_of(view->origin),
                          .direction = vf3_add(corner, vf3_add(vf3_scale(dx, x), vf3_scale(dy, y))),
                          .mask = vi_lanes() < samples->count - i,
-                         .base = vf_of(0), .growth = vf_of(view->pixel_size), .coherent = true};
-        vf t;
-        vi object;
-        if (tracer->data->features & FV_FEATURES & FV_SCENE_AREA_LIGHTS) randomise(&shading, x, y, seed);
-        vf3 seen = radiance(&shading, &r, tracer->depth, &t, &object);
-        store_samples(samples, i, seen, t);
-        vi_store(samples->surface + i, object);
+                         .base = vf_of(0), .growth = vf_of(view->pixel_size), .coherent = true, .primary = true};
+        struct parted parted = {0};
+        struct seen seen;
+        if (sampled) randomise(&shading, x, y, seed);
+        look(&shading, &r, tracer->depth, split ? &parted : NULL, &seen);
+        vi known = sound(seen.radiance);
+        if (split) known &= sound(parted.light);
+        store_samples(samples, i, &seen, known, axis, tracer->epsilon_grazing);
+        if (split) store_parted(samples, i, &parted, known);
     }
     rays[FV_RAY_PRIMARY] = counted;
 }

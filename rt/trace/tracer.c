@@ -91,9 +91,12 @@ int fv_tracer_open(struct fv_tracer *t, const struct fv_scene *scene, const stru
     static int64_t bytes;
     char settings[64];
     *t = (struct fv_tracer){.data = scene,
-                            .noise = scene->features & FV_SCENE_AREA_LIGHTS ? fv_noise() : NULL,
+                            .noise = scene->features & FV_SCENE_STOCHASTIC ? fv_noise() : NULL,
                             .depth = (int)config->method_depth,
                             .area_spp = (int)config->method_area_spp,
+                            .ao_spp = (int)config->method_ao_spp,
+                            .ao_radius = (float)config->method_ao_radius,
+                            .epsilon_grazing = (float)config->method_epsilon_grazing,
                             .isa = wanted_isa(config->threads_isa)};
     message[0] = 0;
     snprintf(settings, sizeof settings, "threads=1,set_affinity=0,isa=%s",

@@ -33,9 +33,19 @@ struct fv_samples {
     int count;
     _Alignas(64) float x[FV_SAMPLES_MAX], y[FV_SAMPLES_MAX]; /* in: pixel coordinates (view.h) */
     _Alignas(64) float red[FV_SAMPLES_MAX], green[FV_SAMPLES_MAX], blue[FV_SAMPLES_MAX]; /* out: radiance */
-    /* Out: 1/m along the optical axis; 0: nothing hit. Of what a flat mirror shows, that of the image behind it. */
+    /* Out: 1/m along the optical axis; 0: nothing hit. Of what a flat mirror shows, that of the image behind it:
+     * of the whole way there, so that it is reprojected as if it stood there. A material counts as a mirror
+     * here where it mirrors more than it scatters; one that scatters more has its own depth and
+     * FV_SURFACE_VIEW. */
     _Alignas(64) float inverse_depth[FV_SAMPLES_MAX];
     _Alignas(64) int32_t surface[FV_SAMPLES_MAX]; /* out: enum fv_surface */
+    /* In: keep sampled light (area lights and, where there is ambient occlusion, ambient light) of what primary
+     * rays hit apart, so that red = red of a picture without it, and red + albedo_red * light_red is the whole.
+     * Out, only where asked for in a scene with FV_SCENE_STOCHASTIC: diffuse reflectance, in [0, 1], and
+     * irradiance / pi, in [0, FV_RADIANCE_MAX]. Highlights of area lights stay in red, green and blue. */
+    bool split;
+    _Alignas(64) float albedo_red[FV_SAMPLES_MAX], albedo_green[FV_SAMPLES_MAX], albedo_blue[FV_SAMPLES_MAX];
+    _Alignas(64) float light_red[FV_SAMPLES_MAX], light_green[FV_SAMPLES_MAX], light_blue[FV_SAMPLES_MAX];
 };
 
 /* What Embree hands the alpha test of a geometry: its first triangle's record. */
@@ -60,9 +70,10 @@ struct fv_tracer {
     struct fv_instance *instance;  /* of objects 1 to `instances`; the only thing here that frames change */
     struct fv_masked masked;
     const struct fv_scene *data;
-    const float *noise;  /* fv_noise(), NULL where the scene has no area light */
+    const float *noise;  /* fv_noise(), NULL where the scene has no light that is sampled */
     int64_t bytes;       /* of the acceleration structure and what else Embree holds of the scene */
-    int depth, area_spp; /* settings method.depth, method.area_spp */
+    int depth, area_spp, ao_spp; /* settings of the section method */
+    float ao_radius, epsilon_grazing;
     enum fv_isa isa;
 };
 

@@ -40,6 +40,7 @@ DECLARE(emission)
 DECLARE(point_lights)
 DECLARE(area_lights)
 DECLARE(sun)
+DECLARE(ao)
 DECLARE(nothing)
 DECLARE(all)
 
@@ -59,6 +60,7 @@ static const struct feature {
     {"point light", FV_SCENE_POINT_LIGHTS, KERNELS(point_lights), NULL},
     {"area light", FV_SCENE_AREA_LIGHTS, KERNELS(area_lights), NULL},
     {"sun", FV_SCENE_SUN, KERNELS(sun), NULL},
+    {"ambient occlusion", FV_SCENE_AO, KERNELS(ao), NULL},
 };
 enum { FEATURES = sizeof features / sizeof features[0] };
 

@@ -10,6 +10,7 @@ if(NOT FV_SANITIZE MATCHES thread)
         textures=~FV_SCENE_TEXTURES normal_maps=~FV_SCENE_NORMAL_MAPS alpha=~FV_SCENE_ALPHA
         specular=~FV_SCENE_SPECULAR mirrors=~FV_SCENE_MIRRORS glass=~FV_SCENE_GLASS emission=~FV_SCENE_EMISSIVE
         point_lights=~FV_SCENE_POINT_LIGHTS area_lights=~FV_SCENE_AREA_LIGHTS sun=~FV_SCENE_SUN
+        ao=~FV_SCENE_AO
         nothing=~0u all=FV_SCENE_POINT_LIGHTS)
     fv_test(bench left_out rt)
     foreach(isa ${isas})

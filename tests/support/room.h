@@ -86,6 +86,7 @@ static inline void room_open(struct room *r, struct fv_workers *workers, uint32_
     int material[3]; /* walls, a mirror, a pane */
     struct fv_config *c = &r->small.config;
     small_begin(&r->small);
+    c->method_ao_spp = features_there & FV_SCENE_AO ? 4 : 0;
     strcpy(c->display_sink, "none");
     c->display_eyes = eyes;
     c->display_width = c->display_height = side;
@@ -94,6 +95,7 @@ static inline void room_open(struct room *r, struct fv_workers *workers, uint32_
     room_lights(r->small.build, features_there);
     small_finish(&r->small);
     assert_int_equal(r->small.scene.features, features_there);
+    for (int i = 0; i < 3; i++) r->small.scene.ambient[i] = 0.1f;
     fv_frame_size(&r->loop.frame, c);
     fv_plan_make(&r->plan, fv_method_find("full"), &r->small.scene, c, &r->loop.frame);
     fv_loop_open(&r->loop, c, &r->plan, &r->small.tracer, workers, &r->session, 1);

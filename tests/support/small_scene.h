@@ -49,6 +49,7 @@ static inline void small_finish(struct small_scene *s)
     struct fv_error error;
     if (fv_build_finish(s->build, &s->scene, &error)) fail_msg("%s", error.text);
     s->scene.exposure = 1;
+    if (s->config.method_ao_spp > 0) s->scene.features |= FV_SCENE_AO;
     if (fv_tracer_open(&s->tracer, &s->scene, &s->config, &error)) fail_msg("%s", error.text);
 }
 

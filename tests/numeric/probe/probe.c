@@ -82,7 +82,45 @@ static void probe_bend(const struct fv_texture *texture, const float *const *in,
     }
 }
 
+static void probe_sample(const struct fv_texture *texture, const float *const *in, float *const *out, int n)
+{
+    (void)texture;
+    EACH
+    {
+        struct shading s = {.random1 = IN(0), .random2 = IN(1)};
+        vf a, b;
+        place_sample(&s, (int)in[2][i], (int)in[3][i], &a, &b);
+        vf_store(out[0] + i, a);
+        vf_store(out[1] + i, b);
+    }
+}
+
+static void probe_turn(const struct fv_texture *texture, const float *const *in, float *const *out, int n)
+{
+    (void)texture;
+    EACH
+    {
+        vf sine, cosine;
+        turn(IN(0), &sine, &cosine);
+        vf_store(out[0] + i, sine);
+        vf_store(out[1] + i, cosine);
+    }
+}
+
+static void probe_basis(const struct fv_texture *texture, const float *const *in, float *const *out, int n)
+{
+    (void)texture;
+    EACH
+    {
+        vf3 across, along;
+        basis(IN3(0), &across, &along);
+        store3(out, 0, i, across);
+        store3(out, 3, i, along);
+    }
+}
+
 fv_probe_function *const probes[PROBES] = {
     [PROBE_LOG2] = probe_log2,       [PROBE_EXP2] = probe_exp2,   [PROBE_NORMALISE] = probe_normalise,
     [PROBE_REFRACT] = probe_refract, [PROBE_PHONG] = probe_phong, [PROBE_PLACE] = probe_place,
-    [PROBE_BEND] = probe_bend};
+    [PROBE_BEND] = probe_bend,       [PROBE_SAMPLE] = probe_sample, [PROBE_TURN] = probe_turn,
+    [PROBE_BASIS] = probe_basis};

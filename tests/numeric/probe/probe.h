@@ -19,6 +19,9 @@ enum fv_probe {
     PROBE_PHONG,   /* x y z to the viewer, x y z to the light, exponent -> radiance of a specular albedo 1 */
     PROBE_PLACE,   /* u v footprint -> mean of the four texels (red), the places of the two rows */
     PROBE_BEND,    /* texel's x y z (0..1023), scale, tangent x y z, bitangent's sign -> normal x y z */
+    PROBE_SAMPLE,  /* two random numbers, number and count (the same 16 times) -> a point in the unit square */
+    PROBE_TURN,    /* a in [-1/2, 1/2] -> sine and cosine of 2 pi a */
+    PROBE_BASIS,   /* x y z of a normal -> x y z of two vectors across it */
     PROBES
 };
 
