@@ -205,9 +205,9 @@ static inline struct interpolated interpolate(const struct packet_hit *h, const 
 static inline vi flat_normals(const struct surface *s, const vi w[16])
 {
     vf3 a = {low16(w[6]), high16(w[6]), low16(w[7])}, b = {high16(w[7]), low16(w[8]), high16(w[8])};
-    vf3 c = {low16(w[9]), high16(w[9]), low16(w[10])}, g = s->geometric;
+    vf3 c = {low16(w[9]), high16(w[9]), low16(w[10])}, n = s->in.normal, g = s->geometric;
     vf3 ab = vf3_sub(a, b), ac = vf3_sub(a, c);
-    vf3 off = {a.y * g.z - a.z * g.y, a.z * g.x - a.x * g.z, a.x * g.y - a.y * g.x};
+    vf3 off = {n.y * g.z - n.z * g.y, n.z * g.x - n.x * g.z, n.x * g.y - n.y * g.x};
     vf most = vf_max(vf_dot(off, off), vf_max(vf_dot(ab, ab), vf_dot(ac, ac)));
     return s->hit & (most < 32.767f * 32.767f);
 }

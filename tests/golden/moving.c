@@ -25,6 +25,7 @@ static void open_scene(struct small_scene *s, uint32_t features, const struct fv
     struct fv_error error;
     int material[3];
     small_begin(s);
+    s->config.method_ao_spp = features & FV_SCENE_AO ? 4 : 0;
     room_materials(s->build, features, material);
     room_lights(s->build, features);
     if (!poses) fv_build_moving(s->build, none, OBJECTS);
