@@ -19,9 +19,10 @@ enum { FV_OPERANDS_MAX = 256 };
 struct fv_measure_arguments {
     const char *method; /* --method, NULL: all */
     int level;          /* --level, -1: all */
-    double seconds;     /* --seconds */
+    double seconds;     /* --seconds, 0 where it is not given */
     int shard, shards;  /* --shard I/N: I - 1 and N; 0 of 1 where it is not given */
     bool merge;         /* --merge: the operands are folders to join */
+    const char *table;  /* --table, NULL: a sweep */
 };
 
 struct fv_arguments {
@@ -64,6 +65,9 @@ int fv_verb_version(const struct fv_arguments *arguments);
 
 /* Everything that frames need, from settings to the first frame; takes all memory. */
 struct fv_setup {
+    /* Called when the scene is loaded, before the tracer is opened; NULL: nothing is changed. */
+    void (*change)(void *context, struct fv_setup *setup);
+    void *change_context;
     struct fv_config config;
     struct fv_scene scene;
     struct fv_tracer tracer;

@@ -2,7 +2,6 @@
 #include "cli/cli.h"
 
 #include "platform/log.h"
-#include "rt/measure/sweep.h"
 
 #include <string.h>
 #include <unistd.h>
@@ -15,9 +14,10 @@ const struct fv_verb fv_verbs[] = {
     {"compare", fv_verb_compare, "--ppd --gaze --fov ", 2,
      "compare REFERENCE.png TEST.png [--ppd N] [--gaze x,y] [--fov DEGREES]",
      "PSNR, RMSE, SSIM and FLIP of a picture, by eccentricity from the gaze (pixels; default: the centre)"},
-    {"measure", fv_verb_measure, "--config --set --out --method --level --seconds --shard --merge ",
-     FV_OPERANDS_MAX, "measure [--method M] [--level L] [--seconds S] [--shard I/N] [--merge DIR...]",
-     "error against run time: sweeps methods and levels on a scene; measure.csv and report.html in --out"},
+    {"measure", fv_verb_measure, "--config --set --out --method --level --seconds --shard --merge --table --frames ",
+     FV_OPERANDS_MAX,
+     "measure [--method M] [--level L] [--seconds S] [--shard I/N] [--merge DIR...] | --table NAME [--frames N]",
+     "error against run time: sweeps methods and levels on a scene; or a paper's table measured again; in --out"},
     {"plan", fv_verb_plan, "--config --set --frames ", 0, "plan",
      "what this scene and method need, what is left out and why; no frame is run"},
     {"help", fv_verb_help, "", 1, "help [VERB|SECTION|KEY]", "this; the settings of a section; one setting"},
@@ -30,7 +30,7 @@ static int run_verb(int count, char **text)
     struct fv_arguments arguments = {.out = "out",
                                      .frames = -1,
                                      .ppd = 67,
-                                     .measure = {.level = -1, .seconds = FV_SWEEP_SECONDS, .shards = 1}};
+                                     .measure = {.level = -1, .shards = 1}};
     const char *verb = count > 1 ? text[1] : "help";
     if (strcmp(verb, "--help") == 0 || strcmp(verb, "-h") == 0) verb = "help";
     if (strcmp(verb, "--version") == 0) verb = "version";

@@ -1,77 +1,30 @@
 /* measure: the verb: error against run time, swept over methods and levels (rt/measure/sweep.h), and the
  * other numerics (numerics.h). What is done stays done: the same command goes on where it stopped. */
 #include "cli/measure.h"
+#include "cli/measure_table.h"
+#include "cli/measure_watch.h"
 #include "cli/numerics.h"
 
 #include "platform/log.h"
-#include "rt/measure/sweep.h"
 
-#include <signal.h>
 #include <stdio.h>
-#include <string.h>
-
-static volatile sig_atomic_t stop_signal;
-
-static void on_signal(int number)
-{
-    stop_signal = number;
-}
 
 struct measure {
     struct fv_setup setup;
+    struct fv_measure_watch watch;
     struct fv_sweep *sweep;
-    int64_t stage_ns;  /* when what is under way began */
-    double stage_from; /* its part that was done then */
 };
-
-static bool stopped(void *context)
-{
-    (void)context;
-    return stop_signal != 0;
-}
-
-static void latch(void *context, int64_t t_ns, struct fv_pose *head, double gaze[2][3],
-                  double *uncertainty_deg)
-{
-    struct measure *m = context;
-    struct fv_pose relative;
-    struct fv_gaze g;
-    fv_setup_latch(&m->setup, t_ns, t_ns, &relative, &g, head);
-    memcpy(gaze, g.direction, sizeof g.direction);
-    *uncertainty_deg = g.uncertainty_deg;
-}
-
-/* A bar, and the time left once there is something to tell it from. */
-static void progress(void *context, const char *what, double done)
-{
-    enum { WIDTH = 24 };
-    struct measure *m = context;
-    char bar[WIDTH + 1], left[32] = "";
-    int64_t now_ns = fv_clock_now_ns(&fv_clock_monotonic);
-    if (done == 0 || m->stage_ns == 0) {
-        m->stage_ns = now_ns;
-        m->stage_from = done;
-    }
-    double seconds = (double)(now_ns - m->stage_ns) * 1e-9, part = done - m->stage_from;
-    if (part > 0.01) {
-        int more = (int)(seconds / part * (1 - done) + 0.5);
-        snprintf(left, sizeof left, more >= 120 ? "%d min left" : "%d s left",
-                 more >= 120 ? more / 60 : more);
-    }
-    for (int i = 0; i < WIDTH; i++) bar[i] = i < done * WIDTH ? '#' : '.';
-    bar[WIDTH] = 0;
-    fv_log_progress("[%s] %3.0f %% %s: %s", bar, 100 * done, left, what);
-}
 
 static int open_sweep(struct measure *m, const struct fv_arguments *a, struct fv_error *error)
 {
     const struct fv_measure_arguments *given = &a->measure;
-    struct fv_sweep_io io = {m, latch, stopped, progress};
+    m->watch = (struct fv_measure_watch){.setup = &m->setup};
+    struct fv_sweep_io io = fv_measure_io(&m->watch);
     struct fv_sweep_choice choice = {.method = given->method,
                                      .level = given->level,
                                      .shard = given->shard,
                                      .shards = given->shards,
-                                     .seconds = given->seconds};
+                                     .seconds = given->seconds > 0 ? given->seconds : FV_SWEEP_SECONDS};
     if (fv_setup_open(&m->setup, &a->request, error)) return -1;
     if (given->method && fv_setup_method(given->method, "--method", error) == NULL) return -1;
     if (fv_setup_start(&m->setup, true, error)) return -1;
@@ -97,7 +50,7 @@ static int run_rows(struct measure *m, const char *out, struct fv_error *error)
     bool measured;
     int rows = fv_sweep_rows(m->sweep), found, missing;
     int state = 0;
-    m->stage_ns = 0;
+    m->watch.stage_ns = 0;
     for (int n = 0; n < rows && state == 0; n++) {
         state = fv_sweep_row(m->sweep, n, &row, &measured, error);
         if (state == 0) tell_row(n, rows, &row, measured);
@@ -106,15 +59,15 @@ static int run_rows(struct measure *m, const char *out, struct fv_error *error)
     return state;
 }
 
-static int run_numerics(struct measure *m, const char *out, struct fv_error *error)
+static int run_numerics(struct measure *m, const char *out, const volatile int *stop, struct fv_error *error)
 {
     static struct fv_numeric_row row[FV_NUMERICS_MAX];
     char path[FV_PATH_MAX + 32];
     snprintf(path, sizeof path, "%s/numerics.csv", out);
     if (fv_file_exists(path)) return 0;
     fv_log_progress("integrators, depth interpolation, prediction");
-    int rows = fv_numerics_measure(&m->setup, row, &stop_signal);
-    return stop_signal ? 1 : fv_numerics_write(row, rows, path, error);
+    int rows = fv_numerics_measure(&m->setup, row, stop);
+    return *stop ? 1 : fv_numerics_write(row, rows, path, error);
 }
 
 static int finish(const char *out, int state, struct fv_error *error)
@@ -147,6 +100,11 @@ int fv_verb_measure(const struct fv_arguments *a)
 {
     static struct measure m;
     struct fv_error error;
+    if (a->measure.table) return fv_measure_table(a);
+    if (a->frames >= 0) {
+        fv_log("--frames %lld: goes with --table; what a sweep takes is said by --seconds", (long long)a->frames);
+        return FV_EXIT_UNUSABLE;
+    }
     if (a->measure.merge) return merge(a);
     if (a->operands) {
         fv_log("'%s': not expected here; folders to join stand behind --merge", a->operand[0]);
@@ -157,9 +115,7 @@ int fv_verb_measure(const struct fv_arguments *a)
         return FV_EXIT_UNUSABLE;
     }
     fv_setup_realtime(&m.setup, true);
-    struct sigaction action = {.sa_handler = on_signal};
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
+    const volatile int *stop = fv_measure_heed_signals();
     int state = fv_sweep_rows(m.sweep) ? fv_sweep_prepare(m.sweep, &error) : 0;
     if (state < 0) {
         fv_log("%s", error.text);
@@ -171,6 +127,6 @@ int fv_verb_measure(const struct fv_arguments *a)
             "%d rows would take too long and are left out; --seconds gives more time, --level measures one",
             left_out);
     if (state == 0) state = run_rows(&m, a->out, &error);
-    if (state == 0 && a->measure.shard == 0) state = run_numerics(&m, a->out, &error);
+    if (state == 0 && a->measure.shard == 0) state = run_numerics(&m, a->out, stop, &error);
     return finish(a->out, state, &error);
 }

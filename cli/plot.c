@@ -63,6 +63,17 @@ double fv_plot_part_y(const struct fv_plot *p, double y)
     return 1 - part_of(&p->y, y);
 }
 
+/* `word`: below it, NULL: nothing. */
+static void write_x_tick(struct fv_plot *p, double value, const char *word)
+{
+    double at = 100 * fv_plot_part_x(p, value);
+    fv_writer_print(p->out, "<line x1=\"%.2f%%\" x2=\"%.2f%%\" y1=\"0\" y2=\"100%%\"/>", at, at);
+    if (!word) return;
+    fv_writer_print(p->out, "<text x=\"%.2f%%\" y=\"100%%\" dy=\"18\" text-anchor=\"middle\">", at);
+    fv_html_text(p->out, word);
+    fv_writer_print(p->out, "</text>");
+}
+
 static void write_ticks(struct fv_plot *p, const struct fv_plot_text *text)
 {
     struct fv_ticks ticks;
@@ -75,14 +86,11 @@ static void write_ticks(struct fv_plot *p, const struct fv_plot_text *text)
                         "<text x=\"-8\" y=\"%.2f%%\" dy=\".32em\" text-anchor=\"end\">%s</text>",
                         at, at, at, fv_tick_text(&ticks, i).text);
     }
-    fv_ticks_of(&p->x, text->narrow ? 4 : 6, &ticks);
-    for (int i = 0; i < ticks.count; i++) {
-        double at = 100 * fv_plot_part_x(p, ticks.value[i]);
-        fv_writer_print(p->out, "<line x1=\"%.2f%%\" x2=\"%.2f%%\" y1=\"0\" y2=\"100%%\"/>", at, at);
-        if (!text->x_name) continue;
-        fv_writer_print(p->out, "<text x=\"%.2f%%\" y=\"100%%\" dy=\"18\" text-anchor=\"middle\">%s</text>",
-                        at, fv_tick_text(&ticks, i).text);
-    }
+    if (text->x_words)
+        for (int i = 0; text->x_words[i]; i++) write_x_tick(p, i + 1, text->x_name ? text->x_words[i] : NULL);
+    else fv_ticks_of(&p->x, text->narrow ? 4 : 6, &ticks);
+    for (int i = 0; !text->x_words && i < ticks.count; i++)
+        write_x_tick(p, ticks.value[i], text->x_name ? fv_tick_text(&ticks, i).text : NULL);
     fv_writer_print(p->out, "</g>");
 }
 

@@ -37,6 +37,8 @@ struct fv_plot_text {
     const char *x_name;  /* with its unit; NULL leaves the labels of the x axis out */
     int height_px;
     bool narrow; /* of several beside each other: fewer ticks */
+    /* What stands at 1, 2, 3, ... on the x axis, NULL behind the last; NULL: ticks at round numbers. */
+    const char *const *x_words;
 };
 
 /* Opens a figure with ticks at round numbers; the caller has set the writer and the axes. */

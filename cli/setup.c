@@ -29,6 +29,7 @@ int fv_setup_open(struct fv_setup *s, const struct fv_config_request *request, s
     method = fv_setup_method(s->config.method_name, "method.name", error);
     if (!method) return -1;
     if (fv_scene_load(&s->scene, &s->config, error)) return -1;
+    if (s->change) s->change(s->change_context, s);
     if (fv_tracer_open(&s->tracer, &s->scene, &s->config, error)) return -1;
     fv_frame_size(&s->loop.frame, &s->config);
     s->loop.config = &s->config; /* all that fv_loop_view wants */

@@ -59,13 +59,6 @@ static void render(struct fv_contender *c, const struct fv_sweep_frame *f, struc
     fv_loop_frame(&c->loop, &f->head, f->gaze, f->uncertainty_deg, f->t_ns, record);
 }
 
-static struct fv_measured quartiles(double *value, int n)
-{
-    fv_rank_sort(value, n);
-    double median = n % 2 ? value[n / 2] : (value[n / 2 - 1] + value[n / 2]) / 2;
-    return (struct fv_measured){median, fv_rank_percentile(value, n, 25), fv_rank_percentile(value, n, 75)};
-}
-
 void fv_contest_calibrate(struct fv_contest *c, double *full, double *judging)
 {
     static struct fv_errors errors;
@@ -76,7 +69,7 @@ void fv_contest_calibrate(struct fv_contest *c, double *full, double *judging)
         render(&c->full, &c->frame[i % FV_SWEEP_SEGMENTS][0], &record);
         ms[i] = (double)record.frame_ms;
     }
-    *full = quartiles(ms, 5).value * 1e-3;
+    *full = fv_rank_quartiles(ms, 5).value * 1e-3;
     int64_t start_ns = fv_clock_now_ns(&fv_clock_monotonic);
     fv_metrics_compare(c->metrics, c->workers, &s->picture[1], &s->picture[0], s->zone, &errors);
     fv_flicker(&s->picture[1], &s->picture[0], &s->map, s->inverse_depth[1], s->inverse_depth[0],
@@ -97,7 +90,7 @@ double fv_contest_guess(struct fv_contest *c, struct fv_contender *contender, in
         render(contender, &c->frame[0][2 + i], &record);
         if (i >= 0) ms[i] = (double)record.frame_ms;
     }
-    return quartiles(ms, 3).value * 1e-3;
+    return fv_rank_quartiles(ms, 3).value * 1e-3;
 }
 
 /* One frame of the method and, where `with_full`, one of the full renderer at the same pose; which is first
@@ -183,10 +176,10 @@ static void fill_errors(struct fv_measure_row *row, const struct tally *t)
 static void fill_times(struct fv_measure_row *row, struct tally *t)
 {
     row->frames = t->times;
-    row->frame_ms = quartiles(t->ms, t->times);
+    row->frame_ms = fv_rank_quartiles(t->ms, t->times);
     row->frame_ms_p99 = fv_rank_percentile(t->ms, t->times, 99);
-    row->full_frame_ms = quartiles(t->full_ms, t->full_times);
-    row->speedup = quartiles(t->ratio, t->times);
+    row->full_frame_ms = fv_rank_quartiles(t->full_ms, t->full_times);
+    row->speedup = fv_rank_quartiles(t->ratio, t->times);
     row->rays = t->rays / t->times;
     row->sampled_fraction = t->sampled / t->times;
 }

@@ -20,3 +20,11 @@ double fv_rank_percentile(const double *sorted, int n, double percent)
     int rank = (int)ceil(percent / 100 * n);
     return sorted[rank < 1 ? 0 : rank - 1];
 }
+
+struct fv_measured fv_rank_quartiles(double *value, int n)
+{
+    if (n < 1) return (struct fv_measured){(double)NAN, (double)NAN, (double)NAN};
+    fv_rank_sort(value, n);
+    double median = n % 2 ? value[n / 2] : (value[n / 2 - 1] + value[n / 2]) / 2;
+    return (struct fv_measured){median, fv_rank_percentile(value, n, 25), fv_rank_percentile(value, n, 75)};
+}

@@ -33,23 +33,24 @@ static uint64_t hash_program(uint64_t h)
     return h;
 }
 
-static bool counts(const struct fv_key *key)
+static bool counts(const struct fv_key *key, bool whole)
 {
-    static const char *const sections[] = {"display", "method", "fovea", "threads"};
-    static const char *const without[] = {"sink", "y4m_path", "headset", "name", "sealed_heap"};
+    static const char *const sections[] = {"display", "method", "fovea", "threads", "scene", "budget", "imu"};
+    enum { SECTIONS = sizeof sections / sizeof sections[0], OF_SWEEP = 4 };
+    static const char *const without[] = {"sink", "y4m_path", "headset", "name", "sealed_heap", "library", "memory_mb"};
     bool in = false;
-    for (unsigned i = 0; i < sizeof sections / sizeof sections[0]; i++)
-        in |= strcmp(key->section, sections[i]) == 0;
+    for (int i = 0; i < (whole ? SECTIONS : OF_SWEEP); i++) in |= strcmp(key->section, sections[i]) == 0;
     for (unsigned i = 0; i < sizeof without / sizeof without[0]; i++)
         in &= strcmp(key->name, without[i]) != 0;
     return in;
 }
 
-static uint64_t hash_settings(uint64_t h, const struct fv_config *config)
+/* `whole`: of the scene, the budget and the head, too, which a sweep sees by what came of them. */
+static uint64_t hash_settings(uint64_t h, const struct fv_config *config, bool whole)
 {
     static char text[32 * FV_LIST_MAX];
     for (int i = 0; i < fv_keys_count; i++) {
-        if (!counts(&fv_keys[i])) continue;
+        if (!counts(&fv_keys[i], whole)) continue;
         fv_config_text(config, &fv_keys[i], text, sizeof text);
         h = hash(h, fv_keys[i].name, strlen(fv_keys[i].name) + 1);
         h = hash(h, text, strlen(text) + 1);
@@ -78,7 +79,7 @@ void fv_sweep_fingerprint(char *out, unsigned size, const struct fv_config *conf
                           const struct fv_sweep_frame (*frames)[FV_SWEEP_FRAMES])
 {
     uint64_t h = hash_program(0xcbf29ce484222325u);
-    h = hash_settings(h, config);
+    h = hash_settings(h, config, false);
     h = hash_scene(h, scene);
     for (int s = 0; s < FV_SWEEP_SEGMENTS; s++)
         for (int k = 0; k < FV_SWEEP_FRAMES; k++) {
@@ -89,5 +90,13 @@ void fv_sweep_fingerprint(char *out, unsigned size, const struct fv_config *conf
             double wider_deg = f->uncertainty_deg - config->eye_noise_deg; /* r0 grows by it */
             h = hash(h, &wider_deg, sizeof wider_deg);
         }
+    snprintf(out, size, "%016llx", (unsigned long long)h);
+}
+
+void fv_settings_fingerprint(char *out, unsigned size, const struct fv_config *config, int frames)
+{
+    uint64_t h = hash_program(0xcbf29ce484222325u);
+    h = hash_settings(h, config, true);
+    h = hash(h, &frames, sizeof frames);
     snprintf(out, size, "%016llx", (unsigned long long)h);
 }

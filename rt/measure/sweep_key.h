@@ -9,4 +9,8 @@ void fv_sweep_fingerprint(char *out, unsigned size, const struct fv_config *conf
                           const struct fv_scene *scene,
                           const struct fv_sweep_frame (*frames)[FV_SWEEP_FRAMES]);
 
+/* The same of what is known before a scene is read: the program and all settings but where files lie and where
+ * output goes; and `frames`, how many are counted. */
+void fv_settings_fingerprint(char *out, unsigned size, const struct fv_config *config, int frames);
+
 #endif

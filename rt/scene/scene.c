@@ -139,6 +139,12 @@ static int read_file(struct fv_build *build, const struct fv_config *c, const ch
     return read(build, path, c->scene_scale, error);
 }
 
+int fv_scene_find(const struct fv_config *config, struct fv_error *error)
+{
+    char path[FV_PATH_MAX];
+    return strncmp(config->scene_file, builtin, sizeof builtin - 1) == 0 ? 0 : find(config, path, error);
+}
+
 int fv_scene_load(struct fv_scene *scene, const struct fv_config *config, struct fv_error *error)
 {
     char path[FV_PATH_MAX];

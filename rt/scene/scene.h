@@ -134,4 +134,7 @@ struct fv_scene {
  * ("file: what is wrong, what would be right"). Prints a progress line. */
 int fv_scene_load(struct fv_scene *scene, const struct fv_config *config, struct fv_error *error);
 
+/* Whether the scene's file is where the settings say, without reading it: 0, or -1 with the error set. */
+int fv_scene_find(const struct fv_config *config, struct fv_error *error);
+
 #endif

@@ -1,6 +1,7 @@
 /* reports: the report pages of `run` and `measure` in headless Chromium, at 1280 and at 400 pixels: plots
  * have their curves, nothing overlaps or sticks out, images are loaded, the console is quiet. Skipped with
  * a notice where there is no Chromium. */
+#include "cli/measure_table.h"
 #include "cli/report.h"
 #include "tests/support/measure_rows.h"
 #include "tests/support/program.h"
@@ -117,6 +118,44 @@ static void measure_is_readable(void **unused)
     assert_fine("measure.html", 20, 1 + 2 * (1 + 3 * 4));
 }
 
+/* All rows of the paper and of ours, and what a folder without scene files leaves: no figure. */
+static void table_is_readable(void **unused)
+{
+    static const char *const scenes[] = {"sponza", "sibenik", "cornell"}, *const lights[] = {"point", "area", "ao"},
+                             *const regions[] = {"small", "medium", "large", "full"},
+                             *const stages[] = {"select", "support", "reproject", "sample", "present", "cache_update"};
+    static struct fv_sheet sheet;
+    char name[48];
+    (void)unused;
+    if (!browser_is_there()) skip();
+    struct fv_table_report report = {&fv_table_weier2016, &sheet, 9, "a CPU, avx512, 2 threads; 1000 frames at 75 Hz"};
+    for (int i = 0; i < 9; i++) {
+        double paper = i < 6 ? 1.92 : (double)NAN;
+        snprintf(name, sizeof name, "%s/%s", scenes[i / 3], lights[i % 3]);
+        fv_sheet_add(&sheet, name, "rays_full", "rays", 1e6 * paper, 2.65e6);
+        fv_sheet_add(&sheet, name, "frame_ms_full", "ms", 100 * paper, 1179.01);
+        fv_sheet_add(&sheet, name, "speedup", "", paper, i + 0.5);
+        for (int k = 0; k < 6; k++) {
+            char stage[40];
+            snprintf(stage, sizeof stage, "stage_%s_ms", stages[k]);
+            fv_sheet_add(&sheet, name, stage, "ms", k % 2 ? paper : (double)NAN, k < 5 ? k + 0.25 : (double)NAN);
+        }
+        if (i >= 3) continue;
+        for (int r = 0; r < 4; r++) {
+            snprintf(name, sizeof name, "sponza/%s/%s", lights[i], regions[r]);
+            fv_sheet_add(&sheet, name, "fps", "Hz", r % 2 ? 137.7 : (double)NAN, 20 * r + 3.1);
+            fv_sheet_add(&sheet, name, "speedup", "", r % 2 ? 4.18 - r : (double)NAN, 8 - 2 * r);
+        }
+    }
+    assert_int_equal(fv_table_page(&report, path_of("table.html"), &error), 0);
+    assert_fine("table.html", 3, 0);
+    sheet.cells = 0;
+    fv_sheet_add(&sheet, "cornell/point", "rays_full", "rays", (double)NAN, 1);
+    report.parts = 1;
+    assert_int_equal(fv_table_page(&report, path_of("table.html"), &error), 0);
+    assert_fine("table.html", 0, 0);
+}
+
 /* Numbers of every size, infinite and none, long names. */
 static void strange_rows_are_readable(void **unused)
 {
@@ -204,7 +243,7 @@ int main(void)
     static const struct CMUnitTest tests[] = {
         cmocka_unit_test(faults_are_found),          cmocka_unit_test(run_is_readable),
         cmocka_unit_test(adaptation_is_readable),    cmocka_unit_test(measure_is_readable),
-        cmocka_unit_test(strange_rows_are_readable),
+        cmocka_unit_test(strange_rows_are_readable), cmocka_unit_test(table_is_readable),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }
