@@ -1,6 +1,9 @@
 fv_test(bench full_ratio rt)
 fv_test(bench peers rt)
 fv_test(bench budget cli)
+fv_test(bench weier2016 cli)
+fv_test(bench headline cli)
+set_tests_properties(bench_headline PROPERTIES TIMEOUT 3600)
 set_tests_properties(bench_budget PROPERTIES TIMEOUT 3600)
 
 # Tracing kernels that never had a feature, for left_out: the same source without its bit. `nothing` has

@@ -21,6 +21,7 @@ struct runner {
 
 struct taped {
     int frames;
+    const char *headset; /* NULL: rift-dk2 */
     struct fv_setup setup;
     bool open;
     struct fv_sweep_frame *frame; /* `frames` of them, latched a period apart */
@@ -67,7 +68,7 @@ static inline void taped_open(struct taped *t)
 {
     static const char library[] = FV_SOURCE_DIR "/../shared/data/scenes",
                       tape[] = FV_SOURCE_DIR "/../shared/data/gaze/varjo/p1_r1.csv";
-    static char set[3][700];
+    static char set[4][700];
     struct fv_error error;
     if (!fv_file_exists(library) || !fv_file_exists(tape)) {
         print_message("Sponza or the Varjo log is not in %s/../shared/data: skipped\n", FV_SOURCE_DIR);
@@ -76,8 +77,9 @@ static inline void taped_open(struct taped *t)
     snprintf(set[0], sizeof set[0], "scene.library=%s", library);
     snprintf(set[1], sizeof set[1], "eye.tape=%s", tape);
     snprintf(set[2], sizeof set[2], "imu.tape=%s", tape);
+    snprintf(set[3], sizeof set[3], "display.headset=%s", t->headset ? t->headset : "rift-dk2");
     struct fv_config_request request = {.sets = 9,
-                                        .set = {"scene.name=sponza", set[0], "display.headset=rift-dk2",
+                                        .set = {"scene.name=sponza", set[0], set[3],
                                                 "display.sink=png", "threads.workers=2", "eye.source=tape",
                                                 set[1], "imu.source=tape", set[2]}};
     if (!t->open) {
