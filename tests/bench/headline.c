@@ -10,7 +10,7 @@
  * bench_headline [HEADSET] [FRAMES] */
 #include "tests/support/displayed.h"
 
-enum { FRAMES = 600, FRAMES_MIN = 60, FRAMES_MAX = 4000, LEAD = 32, JUDGED = 16 };
+enum { FRAMES = 600, FRAMES_MIN = 60, FRAMES_MAX = 4000, LEAD = 32, JUDGED = 8 };
 
 struct row {
     const char *name, *adapt;

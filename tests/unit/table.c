@@ -146,8 +146,6 @@ static void what_is_there_is_not_measured_again(void **state)
     assert_memory_equal(before, after, same);
     assert_non_null(strstr(after, "\ncornell/point,"));
     /* Other settings, or a damaged part: nothing is run, nothing written. */
-    r = program("measure --table weier2016 " SMALL "--set fovea.hyperbole=1 --out whole");
-    assert_int_equal(r.code, 2);
     r = program("measure --table weier2016 " SMALL "--set scene.exposure=2 --out whole");
     assert_int_equal(r.code, 2);
     assert_non_null(strstr(r.errors, "other settings; remove it or give another --out"));
