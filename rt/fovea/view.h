@@ -48,6 +48,9 @@ void fv_map_set(struct fv_map *map, const struct fv_view *now, const struct fv_v
 void fv_map_set_moving(struct fv_map *map, const struct fv_view *now, const struct fv_view *before,
                        const struct fv_pose *object_now, const struct fv_pose *object_before);
 
+/* Whether no point half a metre away or farther moves by more than 1/64 of a pixel. */
+bool fv_map_still(const struct fv_map *map, const struct fv_view *now);
+
 /* Pixel of a finite, unit direction given in the eye's frame; false where it points backwards or to less
  * than 1e-6 of 90 degrees. */
 bool fv_lens_project(const struct fv_lens *lens, const double direction[3], double pixel[2]);

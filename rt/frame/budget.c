@@ -163,14 +163,14 @@ void fv_budget_stage(struct fv_budget *b, struct fv_frame *f, int i, int done, s
 
 void fv_budget_end(struct fv_budget *b, struct fv_frame *f)
 {
-    int64_t reprojected = 0, edges = 0, failed = 0;
+    int64_t reprojected = 0, marked = 0, failed = 0;
     for (int w = 0; w < b->schedule.workers->count; w++) {
         reprojected += f->scratch[w].reprojected;
-        edges += f->scratch[w].edges;
+        marked += f->scratch[w].marked;
         failed += f->scratch[w].failed;
     }
     if (reprojected > 0) {
-        f->edge_share = (float)edges / (float)reprojected;
+        f->marked_share = (float)marked / (float)reprojected;
         f->failed_share = (float)failed / (float)reprojected;
     }
     if (!b->deadline_ns) return;

@@ -8,6 +8,50 @@
 
 static const double degree = 3.14159265358979323846 / 180;
 
+/* k(dt) of Weier et al. 2016, section 3.4: min(exp(x0 + (dt - 1) / (t_max - 1) (x1 - x0)), k_max), with x0 and
+ * x1 the logarithms of k_min and k_max; k_min 0 stands for the least there is, t_max 1 for k_max at once. */
+static double least_weight(const struct fv_config *c, int age)
+{
+    double low = log(fmax(c->method_k_min, 1e-6)), high = log(fmax(c->method_k_max, 1e-6));
+    double at = c->method_t_max > 1 ? (double)(age - 1) / (double)(c->method_t_max - 1) : 1;
+    return fmin(exp(low + fmin(fmax(at, 0), 1) * (high - low)), c->method_k_max);
+}
+
+static void set_method(struct fv_frame *f, const struct fv_config *c)
+{
+    f->epsilon_depth = (float)c->method_epsilon_depth;
+    f->epsilon_luminance = (float)c->method_epsilon_luminance;
+    f->resample = (float)c->method_resample;
+    f->density_deg = (float)c->method_density_deg;
+    f->keep = strcmp(c->method_history, "keep") == 0;
+    f->support_counts = strcmp(c->method_support_samples, "count") == 0;
+    f->sharp = strcmp(c->method_history_filter, "cubic") == 0;
+    for (int age = 0; age < 256; age++) {
+        f->k[0][age] = (float)least_weight(c, age);
+        f->k[1][age] = fminf(f->k[0][age], 1 / 256.0f);
+    }
+}
+
+/* A number in [0, 1) for a frame, by a step of 1 / 2^32: exact however many frames have passed. */
+static float sequence(int64_t frame, uint32_t step)
+{
+    return (float)((uint32_t)frame * step >> 8) * 0x1p-24f;
+}
+
+/* Where samples lie in their pixels, and support nodes in their cells: evenly spread over the frames (rank-1
+ * sequences: square roots of 2 and 3; Roberts' R2). */
+static void set_jitter(struct fv_frame *f, const struct fv_config *c)
+{
+    bool can = f->state && strcmp(c->method_jitter, "off") != 0;
+    bool on = can && (f->still || strcmp(c->method_jitter, "on") == 0);
+    f->jitter[0] = on ? sequence(f->number, 1779033704u) - 0.5f : 0;
+    f->jitter[1] = on ? sequence(f->number, 3144134277u) - 0.5f : 0;
+    /* Else at the centre of the pixel next to the middle. */
+    float middle = 0.5f + 0.5f / (float)f->spacing;
+    f->node[0] = can ? sequence(f->number, 3242174889u) : middle;
+    f->node[1] = can ? sequence(f->number, 2447445414u) : middle;
+}
+
 void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const struct fv_plan *plan,
                   const struct fv_tracer *tracer, struct fv_workers *workers, struct fv_session *session,
                   int64_t frames)
@@ -20,8 +64,7 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
                              .session = session,
                              .head = {.rotation = {1, 0, 0, 0}}};
     fv_frame_size(f, config);
-    f->alpha = (float)config->method_alpha;
-    f->epsilon_depth = (float)config->method_epsilon_depth;
+    set_method(f, config);
     f->overlay = strcmp(config->output_overlay, "on") == 0;
     f->tracer = tracer;
     f->kernels = fv_kernels_for(tracer->isa, plan->variant);
@@ -98,11 +141,16 @@ static void swap_history(struct fv_loop *loop)
     f->has_history = loop->plan->history;
     if (!f->has_history) return;
     for (int e = 0; e < f->eyes; e++)
-        for (int b = FV_COLOUR; b <= FV_DEPTH; b++) {
+        for (int b = FV_COLOUR; b < FV_HISTORY_COLOUR; b++) {
             void *now = f->buffer[b][e];
             f->buffer[b][e] = f->buffer[b + FV_HISTORY_COLOUR][e];
             f->buffer[b + FV_HISTORY_COLOUR][e] = now;
         }
+    for (int t = 0; t < f->tiles; t++) {
+        uint8_t now = f->state[t].fine[0];
+        f->state[t].fine[0] = f->state[t].fine[1];
+        f->state[t].fine[1] = now;
+    }
 }
 
 static void set_maps(struct fv_frame *f, int e)
@@ -126,11 +174,12 @@ static void take_latch(struct fv_loop *loop, const struct fv_pose *head, const d
     for (int e = 0; e < f->eyes; e++) {
         fv_loop_view(loop, e, &loop->head, gaze[e], &f->view[e]);
         if (f->has_history) set_maps(f, e);
+        f->still = (e == 0 || f->still) && f->has_history && scene->objects == 0 && fv_map_still(&f->map[e], &f->view[e]);
     }
     for (int w = 0; w < loop->workers->count; w++) {
         struct fv_worker_scratch *s = &f->scratch[w];
         memset(s->rays, 0, sizeof s->rays);
-        s->reprojected = s->edges = s->failed = 0;
+        s->reprojected = s->marked = s->failed = 0;
     }
 }
 
@@ -144,12 +193,14 @@ static void render(struct fv_loop *loop, const struct fv_pose *head, const doubl
     struct fv_budget *b = &loop->budget;
     struct fv_stage_result stage;
     if (f->number > 0) swap_history(loop);
+    fv_frame_lay(f);
     *r = (struct fv_frame_record){.frame = f->number, .t_ns = t_ns, .decision.t_ns = t_ns};
     memset(r->decision.done, -1, sizeof r->decision.done);
     take_latch(loop, head, gaze, t_ns);
     int64_t latched_ns = fv_clock_now_ns(loop->clock);
     r->level = fv_budget_begin(b, f, loop->level, decided, uncertainty_deg, start_ns, deadline_ns);
     r->decision.level = r->level;
+    set_jitter(f, loop->config); /* by its spacing */
     r->periods = b->deadline_ns ? b->control.periods : 1;
     int64_t begun_ns = fv_clock_now_ns(loop->clock);
     r->control_ms = (float)((double)(begun_ns - latched_ns) * 1e-6);
@@ -183,7 +234,7 @@ void fv_loop_restart(struct fv_loop *loop)
 {
     loop->frame.number = 0;
     loop->frame.has_history = false;
-    loop->frame.edge_share = loop->frame.failed_share = 0;
+    loop->frame.marked_share = loop->frame.failed_share = 0;
     memset(loop->budget.schedule.waited, 0, (size_t)loop->frame.tiles);
     loop->head = (struct fv_pose){.rotation = {1, 0, 0, 0}};
 }

@@ -9,15 +9,22 @@
 #include <stdio.h>
 #include <string.h>
 
-static const char *const buffer_names[FV_BUFFERS] = {[FV_COLOUR] = "colour",
-                                                     [FV_DEPTH] = "depth",
-                                                     [FV_HISTORY_COLOUR] = "history colour",
-                                                     [FV_HISTORY_DEPTH] = "history depth",
-                                                     [FV_SUPPORT_COLOUR] = "support colour",
-                                                     [FV_SUPPORT_DEPTH] = "support depth",
-                                                     [FV_SUPPORT_SURFACE] = "support surface",
-                                                     [FV_SELECTED] = "selected blocks",
-                                                     [FV_PICTURE] = "picture"};
+static const char *const buffer_names[FV_BUFFERS] = {
+    [FV_COLOUR] = "colour",
+    [FV_CACHE] = "cache",
+    [FV_COARSE_COLOUR] = "coarse colour",
+    [FV_COARSE_CACHE] = "coarse cache",
+    [FV_HISTORY_COLOUR] = "history colour",
+    [FV_HISTORY_CACHE] = "history cache",
+    [FV_COARSE_HISTORY_COLOUR] = "coarse history colour",
+    [FV_COARSE_HISTORY_CACHE] = "coarse history cache",
+    [FV_SUPPORT_COLOUR] = "support colour",
+    [FV_SUPPORT_DEPTH] = "support depth",
+    [FV_SUPPORT_SURFACE] = "support surface",
+    [FV_SELECTED] = "selected blocks",
+    [FV_RESAMPLED] = "resampled blocks",
+    [FV_PICTURE] = "picture",
+};
 
 void fv_plan_add(struct fv_plan *p, const char *kind, const char *what, bool kept, int64_t bytes,
                  const char *reason, ...)
@@ -56,7 +63,12 @@ static int64_t bytes_of(const struct fv_frame *f, enum fv_buffer buffer)
     case FV_SUPPORT_COLOUR:
     case FV_SUPPORT_DEPTH: return 4 * pixels / (f->spacing * f->spacing);
     case FV_SUPPORT_SURFACE: return pixels / (f->spacing * f->spacing);
-    case FV_SELECTED: return 8 * (int64_t)f->tiles_x * f->tiles_y;
+    case FV_SELECTED:
+    case FV_RESAMPLED: return 8 * (int64_t)f->tiles_x * f->tiles_y;
+    case FV_COARSE_COLOUR:
+    case FV_COARSE_CACHE:
+    case FV_COARSE_HISTORY_COLOUR:
+    case FV_COARSE_HISTORY_CACHE: return pixels + 64;
     default: return 4 * pixels + 64; /* pixels are loaded in pairs: one behind the last */
     }
 }
@@ -79,7 +91,7 @@ static void choose_passes(struct fv_plan *p, const struct fv_config *config)
                 p->present ? "display.sink is %s: it takes 8-bit pictures"
                            : "display.sink is %s: nobody takes pictures",
                 config->display_sink);
-    p->history = (read & FV_BIT(FV_HISTORY_COLOUR)) != 0;
+    p->history = (read & FV_BIT(FV_HISTORY_CACHE)) != 0;
     for (int n = 0; fv_method_at(n); n++)
         for (int i = 0; fv_method_at(n)->pass[i]; i++) {
             const struct fv_pass *pass = fv_method_at(n)->pass[i];
@@ -112,7 +124,7 @@ static void choose_buffers(struct fv_plan *p, const struct fv_frame *f)
     int64_t of_one_eye = 0;
     char users[128];
     for (int b = 0; b < FV_BUFFERS; b++) {
-        bool kept = p->buffers & FV_BIT(b), swapped = b == FV_HISTORY_COLOUR || b == FV_HISTORY_DEPTH;
+        bool kept = p->buffers & FV_BIT(b), swapped = b >= FV_HISTORY_COLOUR && b <= FV_COARSE_HISTORY_CACHE;
         int64_t bytes = bytes_of(f, (enum fv_buffer)b);
         if (kept) of_one_eye += bytes;
         p->bytes[b] = kept ? f->eyes * bytes : 0;
@@ -294,10 +306,14 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
         if (!(p->buffers & FV_BIT(b))) continue;
         char *bytes = fv_arena_take(fv_arena(), buffer_names[b], (size_t)p->bytes[b], 4096);
         f->buffer[b][0] = bytes;
-        if (f->eyes == 2 && b != FV_SELECTED) f->buffer[b][1] = bytes + p->bytes[b] / 2;
+        if (f->eyes == 2 && b != FV_SELECTED && b != FV_RESAMPLED) f->buffer[b][1] = bytes + p->bytes[b] / 2;
     }
     f->scratch = fv_arena_take(fv_arena(), "worker scratch", (size_t)workers * sizeof *f->scratch, 64);
     f->noise = p->noise ? fv_noise() : NULL;
+    if (!p->history) return;
+    f->state = fv_arena_take(fv_arena(), "tiles", (size_t)f->tiles * sizeof *f->state, 64);
+    /* Nothing is history yet, wherever a tile turns out coarse. */
+    for (int t = 0; t < f->tiles; t++) f->state[t] = (struct fv_tile_state){.fine = {1, 1}};
 }
 
 void fv_plan_report(const struct fv_plan *p, struct fv_session *session)

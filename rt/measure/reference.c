@@ -81,11 +81,11 @@ static int write_about(const struct fv_reference *r, const char *folder, const c
     return fv_writer_close(&out, error);
 }
 
-/* Exact depth at each pixel's centre, into the plane that stands as the frame's FV_DEPTH. */
+/* Exact depth at each pixel's centre, into the plane that stands as the frame's FV_CACHE. */
 static int depth_tile(struct fv_frame *f, const struct fv_tile *tile)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
-    float *depth = f->buffer[FV_DEPTH][0];
+    float *depth = f->buffer[FV_CACHE][0];
     fv_tile_place(f, tile, fv_tile_inside(f, tile));
     f->kernels->trace(f->tracer, &f->view[0], &s->samples, 0, s->rays);
     for (int i = 0; i < s->samples.count; i++)
@@ -93,7 +93,7 @@ static int depth_tile(struct fv_frame *f, const struct fv_tile *tile)
     return s->samples.count;
 }
 
-static const struct fv_pass depth_pass = {.name = "depth", .writes = FV_BIT(FV_DEPTH), .run = depth_tile};
+static const struct fv_pass depth_pass = {.name = "depth", .writes = FV_BIT(FV_CACHE), .run = depth_tile};
 
 /* Returns the rays that it took. */
 static double render(struct fv_reference *r, const struct fv_sweep_frame *frame, int spp)
@@ -176,10 +176,10 @@ static void measure_segment(struct fv_reference *r, int segment, const struct fv
     for (int i = 0; i < FV_REFERENCE_PICTURES; i++) {
         before = f->view[0];
         render(r, &frames[i], 1);
-        f->buffer[FV_DEPTH][0] = s->inverse_depth[i];
+        f->buffer[FV_CACHE][0] = s->inverse_depth[i];
         fv_pass_run(&depth_pass, f, r->workers);
     }
-    f->buffer[FV_DEPTH][0] = NULL;
+    f->buffer[FV_CACHE][0] = NULL;
     fv_map_set(&s->map, &f->view[0], &before);
     s->flicker =
         fv_flicker(&s->picture[FV_REFERENCE_LAST], &s->picture[FV_REFERENCE_BEFORE], &s->map,

@@ -16,12 +16,17 @@
     void fv_pixel_encode_albedo_##isa(const float *, const float *, const float *, uint32_t *, int);             \
     void fv_pixel_compose_##isa(const uint32_t *, const uint32_t *, const uint32_t *, uint32_t *, int);          \
     void fv_reproject_##isa(struct fv_reproject_tile *);                                                         \
+    void fv_merge_##isa(const struct fv_merge *);                                                                \
+    void fv_bounds_##isa(const uint32_t *, int64_t, int, float *, float *);                                      \
+    void fv_halve_##isa(const uint32_t *, const uint32_t *, uint32_t *, int);                                    \
+    void fv_double_row_##isa(const uint32_t *, const uint32_t *, uint32_t *, int);                              \
     void fv_pixel_present_##isa(const uint32_t *, uint8_t *, int);
 #define ROW(trace_, isa)                                                                                         \
     {                                                                                                            \
         .trace = trace_##_##isa, .encode = fv_pixel_encode_##isa, .encode_light = fv_pixel_encode_light_##isa,   \
         .encode_albedo = fv_pixel_encode_albedo_##isa, .compose = fv_pixel_compose_##isa,                        \
-        .reproject = fv_reproject_##isa, .present = fv_pixel_present_##isa                                       \
+        .reproject = fv_reproject_##isa, .merge = fv_merge_##isa, .bounds = fv_bounds_##isa,                     \
+        .halve = fv_halve_##isa, .double_row = fv_double_row_##isa, .present = fv_pixel_present_##isa            \
     }
 #define ROWS(isa)                                                        \
     {                                                                    \

@@ -7,6 +7,7 @@
 #include "rt/trace/variant.h"
 
 struct fv_reproject_tile; /* rt/pass/reproject.h */
+struct fv_merge;          /* rt/pass/merge.h */
 
 struct fv_kernels {
     /* Traces and shades samples [0, count); seed: changes the random numbers of sampled light.
@@ -27,6 +28,20 @@ struct fv_kernels {
 
     /* One tile of history into the new view; see reproject.h. */
     void (*reproject)(struct fv_reproject_tile *tile);
+
+    /* New samples over what was reprojected; see merge.h. */
+    void (*merge)(const struct fv_merge *merge);
+
+    /* The greatest and the least inverse depth at and around each pixel of a tile, within it; rows of `cache`
+     * are `stride` apart, those of the results FV_TILE. */
+    void (*bounds)(const uint32_t *cache, int64_t stride, int side, float *nearest, float *farthest);
+
+    /* Two rows of 2n pixels to one of n, their means. */
+    void (*halve)(const uint32_t *upper, const uint32_t *lower, uint32_t *out, int n);
+
+    /* Bilinear, a row of n pixels to one of 2n, a quarter of a pixel from the row `near` towards `far`; both
+     * begin one pixel before the first and end one behind the last. */
+    void (*double_row)(const uint32_t *near, const uint32_t *far, uint32_t *out, int n);
 
     /* n pixels to 8-bit r, g, b, 255; n padded to the width. */
     void (*present)(const uint32_t *pixel, uint8_t *rgbx, int n);

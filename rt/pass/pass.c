@@ -6,11 +6,46 @@ struct run {
     struct fv_frame *frame;
 };
 
+void fv_frame_lay(struct fv_frame *f)
+{
+    for (int e = 0; e < f->eyes; e++)
+        for (int d = 0; d < FV_DENSITIES; d++) {
+            enum fv_buffer colour = d == FV_FINE ? FV_COLOUR : FV_COARSE_COLOUR;
+            f->raster[d][e] = (struct fv_raster){
+                .width = (f->width + d) >> d,
+                .height = (f->height + d) >> d,
+                .stride = f->stride >> d,
+                .scale = (float)(1 << d),
+                .colour = f->buffer[colour][e],
+                .cache = f->buffer[colour + 1][e],
+                .history_colour = f->buffer[colour + FV_HISTORY_COLOUR][e],
+                .history_cache = f->buffer[colour + 1 + FV_HISTORY_COLOUR][e],
+            };
+        }
+}
+
 struct fv_tile fv_tile_at(const struct fv_frame *f, int index, int worker)
 {
     int per_eye = f->tiles_x * f->tiles_y, in_eye = index % per_eye;
-    return (struct fv_tile){.index = index, .eye = index / per_eye, .worker = worker,
-                            .x0 = in_eye % f->tiles_x * FV_TILE, .y0 = in_eye / f->tiles_x * FV_TILE};
+    struct fv_tile tile = {.index = index, .eye = index / per_eye, .worker = worker,
+                           .x0 = in_eye % f->tiles_x * FV_TILE, .y0 = in_eye / f->tiles_x * FV_TILE};
+    fv_tile_set_density(&tile, f->state ? f->state[index].density : FV_FINE);
+    return tile;
+}
+
+float fv_coarse_deg(const struct fv_frame *f, const struct fv_parameters *p)
+{
+    float outer = p->foveal.r1_deg > p->foveal.r0_deg ? p->foveal.r1_deg : p->foveal.r0_deg;
+    if (!f->state || 4 * p->foveal.p_min > 1) return FV_DEGREES;
+    return outer > f->density_deg ? outer : f->density_deg;
+}
+
+float fv_block_probability(const struct fv_frame *f, float p, int density, int spacing)
+{
+    float pixels = density == FV_COARSE ? 4 : 1, share = pixels * p;
+    float support = f->support_counts ? pixels / (float)(spacing * spacing) : 0;
+    if (share >= 1) return 1;
+    return share > support ? (share - support) / (1 - support) : 0;
 }
 
 static void run_tile(void *context, int index, int worker)
@@ -28,37 +63,46 @@ void fv_pass_run(const struct fv_pass *pass, struct fv_frame *frame, struct fv_w
 
 uint64_t fv_tile_inside(const struct fv_frame *f, const struct fv_tile *tile)
 {
-    int columns = (f->width - tile->x0 + FV_BLOCK - 1) / FV_BLOCK;
-    int rows = (f->height - tile->y0 + FV_BLOCK - 1) / FV_BLOCK;
-    uint64_t row = columns >= FV_BLOCKS ? 0xff : (1u << columns) - 1, mask = 0;
-    for (int y = 0; y < rows && y < FV_BLOCKS; y++) mask |= row << (8 * y);
+    int size = FV_BLOCK << tile->shift, side = fv_tile_side(tile) / FV_BLOCK;
+    int columns = (f->width - tile->x0 + size - 1) / size, rows = (f->height - tile->y0 + size - 1) / size;
+    uint64_t row = (1u << (columns < side ? columns : side)) - 1, mask = 0;
+    for (int y = 0; y < rows && y < side; y++) mask |= row << (8 * y);
     return mask;
 }
 
 float fv_tile_threshold(const struct fv_frame *f, const struct fv_tile *tile, int block)
 {
-    int x = tile->x0 / FV_BLOCK + block % FV_BLOCKS, y = tile->y0 / FV_BLOCK + block / FV_BLOCKS;
+    int size = FV_BLOCK << tile->shift;
+    int x = tile->x0 / size + block % FV_BLOCKS, y = tile->y0 / size + block / FV_BLOCKS;
     return fv_noise_threshold(f->noise, x + 29 * tile->eye, y + 37 * tile->eye, f->number);
 }
 
 float fv_tile_eccentricity_deg(const struct fv_frame *f, const struct fv_tile *tile, int block)
 {
-    float x = (float)(tile->x0 + block % FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
-    float y = (float)(tile->y0 + block / FV_BLOCKS * FV_BLOCK) + 0.5f * FV_BLOCK;
+    int size = FV_BLOCK << tile->shift;
+    float x = (float)(tile->x0 + block % FV_BLOCKS * size) + 0.5f * (float)size;
+    float y = (float)(tile->y0 + block / FV_BLOCKS * size) + 0.5f * (float)size;
     return fv_eccentricity_deg(&f->view[tile->eye], x, y);
+}
+
+float fv_tile_nearest_deg(const struct fv_frame *f, const struct fv_tile *tile, int block)
+{
+    return fv_tile_eccentricity_deg(f, tile, block) -
+           fv_radius_deg(&f->view[tile->eye], (float)(FV_BLOCK << tile->shift));
 }
 
 void fv_tile_place(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
 {
     struct fv_samples *samples = &f->scratch[tile->worker].samples;
-    int n = 0;
+    int n = 0, step = 1 << tile->shift, size = FV_BLOCK * step;
+    float first_x = (float)step * (0.5f + f->jitter[0]), first_y = (float)step * (0.5f + f->jitter[1]);
     for (uint64_t left = blocks; left; left &= left - 1) {
         int block = __builtin_ctzll(left);
-        float x = (float)(tile->x0 + block % FV_BLOCKS * FV_BLOCK) + 0.5f;
-        float y = (float)(tile->y0 + block / FV_BLOCKS * FV_BLOCK) + 0.5f;
+        float x = (float)(tile->x0 + block % FV_BLOCKS * size) + first_x;
+        float y = (float)(tile->y0 + block / FV_BLOCKS * size) + first_y;
         for (int i = 0; i < FV_BLOCK * FV_BLOCK; i++) {
-            samples->x[n + i] = x + (float)(i % FV_BLOCK);
-            samples->y[n + i] = y + (float)(i / FV_BLOCK);
+            samples->x[n + i] = x + (float)(i % FV_BLOCK * step);
+            samples->y[n + i] = y + (float)(i / FV_BLOCK * step);
         }
         n += FV_BLOCK * FV_BLOCK;
     }

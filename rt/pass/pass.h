@@ -3,7 +3,11 @@
  * A frame's picture is cut into tiles of 32 x 32 pixels, all eyes' tiles numbered through; a tile
  * into 8 x 8 blocks of 4 x 4 pixels, bit 8 * row + column of a 64-bit mask. Passes run one after
  * another, each over all tiles on all workers; a tile of a pass writes only its own pixels (or
- * support nodes), so the order of tiles changes nothing. */
+ * support nodes), so the order of tiles changes nothing.
+ *
+ * Far from the gaze tiles are coarse: kept at half the density, as 16 x 16 pixels twice as large, in 4 x 4
+ * blocks, in a raster of their own. That raster also holds the fine tiles, halved, so that it always is the
+ * whole picture; the fine raster holds fine tiles only, and no history (FV_CACHE_NONE) elsewhere. */
 #ifndef FV_PASS_PASS_H
 #define FV_PASS_PASS_H
 
@@ -14,15 +18,22 @@
 
 enum { FV_TILE = 32, FV_BLOCK = 4, FV_BLOCKS = FV_TILE / FV_BLOCK };
 
+enum fv_density { FV_FINE, FV_COARSE, FV_DENSITIES };
+
 enum fv_buffer {
-    FV_COLOUR,         /* this frame's pixels (trace/pixel.h), stride x rows */
-    FV_DEPTH,          /* their inverse depths, float, 1/m, or FV_DEPTH_UNKNOWN */
-    FV_HISTORY_COLOUR, /* the frame before: swapped with the two above after each frame */
-    FV_HISTORY_DEPTH,
-    FV_SUPPORT_COLOUR, /* support image: one node every `spacing` pixels, at its cell's centre */
+    FV_COLOUR, /* this frame's pixels (trace/pixel.h), stride x rows */
+    FV_CACHE,  /* their depths and what is known of their history (pass/cache.h) */
+    FV_COARSE_COLOUR, /* both of the coarse raster */
+    FV_COARSE_CACHE,
+    FV_HISTORY_COLOUR, /* the frame before: swapped with the four above after each frame */
+    FV_HISTORY_CACHE,
+    FV_COARSE_HISTORY_COLOUR,
+    FV_COARSE_HISTORY_CACHE,
+    FV_SUPPORT_COLOUR, /* support image: one node in every cell of `spacing` pixels, at `node` of the cell */
     FV_SUPPORT_DEPTH,  /* support G-buffer */
     FV_SUPPORT_SURFACE, /* of the nodes, enum fv_surface, a byte each */
     FV_SELECTED,       /* mask of traced blocks, 64 bits a tile */
+    FV_RESAMPLED,      /* of these, those that history was not good enough for */
     FV_PICTURE,        /* 8-bit picture for the display */
     FV_BUFFERS
 };
@@ -45,15 +56,35 @@ struct fv_parameters {
 struct fv_worker_scratch {
     struct fv_samples samples;
     uint32_t pixel[FV_SAMPLES_MAX];
+    _Alignas(64) uint32_t merged_colour[FV_SAMPLES_MAX], merged_cache[FV_SAMPLES_MAX]; /* pixels to merge into */
+    _Alignas(64) int32_t replaced[FV_SAMPLES_MAX];
+    _Alignas(64) float nearest[FV_SAMPLES_MAX], farthest[FV_SAMPLES_MAX];
+    _Alignas(64) float tile_nearest[FV_TILE * FV_TILE], tile_farthest[FV_TILE * FV_TILE];
     /* This frame's: */
     _Alignas(64) int64_t rays[FV_RAY_KINDS];
-    int64_t reprojected, edges, failed; /* blocks: of reprojected tiles; of these at depth edges, without history */
+    int64_t reprojected, marked, failed; /* blocks: of reprojected tiles; of these marked, without history */
 };
 
 /* How far from the gaze the picture lies: its pixels and its tiles (by their centres) in rings of one degree. */
 enum { FV_DEGREES = 181 };
 struct fv_rings {
     float pixels[FV_DEGREES], tiles[FV_DEGREES];
+};
+
+/* The pixels of one density of an eye. */
+struct fv_raster {
+    int width, height; /* what of it lies in the picture at least in part */
+    int64_t stride;
+    float scale;       /* picture pixels a pixel: 1 or 2 */
+    uint32_t *colour, *cache;
+    const uint32_t *history_colour, *history_cache;
+};
+
+/* What a tile was in a frame. */
+struct fv_tile_state {
+    uint8_t density;     /* enum fv_density, by select */
+    uint8_t reprojected; /* what stands in its pixels before they are sampled came from history */
+    uint8_t fine[2];     /* FV_CACHE, FV_HISTORY_CACHE may hold history here */
 };
 
 struct fv_frame {
@@ -63,7 +94,16 @@ struct fv_frame {
     int64_t stride, rows;        /* of the pixel buffers: whole tiles */
     int spacing;                 /* the parameters'; stride / spacing nodes a row */
     bool has_history, overlay;
-    float alpha, epsilon_depth;
+    bool keep;                   /* history is kept in the fovea and in resampled blocks too */
+    bool support_counts;         /* support nodes are among the samples that the foveal function asks for */
+    float epsilon_depth, epsilon_luminance;
+    float resample;              /* how many times as often marked blocks are sampled */
+    float density_deg;           /* eccentricity beyond which tiles may be coarse */
+    bool sharp;                  /* history is interpolated by cubics, not linearly */
+    bool still;                  /* nothing moves: history is carried without loss, and all samples count alike */
+    float k[2][256];             /* least weight of a new sample, by age (pass/cache.h); [1]: where still */
+    float jitter[2];             /* this frame's, of samples from the centre of their pixel, in pixels */
+    float node[2];               /* this frame's places of support nodes in their cells, [0, 1) */
     struct fv_parameters parameters;
     struct fv_view view[2], before[2];
     struct fv_map map[2];
@@ -74,14 +114,21 @@ struct fv_frame {
     const struct fv_kernels *kernels;
     const float *noise;          /* fv_noise(), NULL where no pass needs it */
     void *buffer[FV_BUFFERS][2]; /* of each eye, NULL where the plan left it out */
+    struct fv_raster raster[FV_DENSITIES][2];
+    struct fv_tile_state *state; /* of each tile; NULL: all are fine and nothing is reprojected */
     uint8_t *failed_blocks;      /* of each tile: blocks in which no history arrived; NULL: nobody asks */
-    float edge_share, failed_share; /* of the frame before's reprojected blocks */
+    float marked_share, failed_share; /* of the frame before's reprojected blocks */
     struct fv_worker_scratch *scratch;
 };
 
+/* Rasters of the buffers, after these have changed places. */
+void fv_frame_lay(struct fv_frame *frame);
+
 struct fv_tile {
     int index, eye, worker;
-    int x0, y0; /* first pixel */
+    int x0, y0;    /* first pixel */
+    int density;   /* enum fv_density */
+    int shift;     /* 1 where coarse: coordinates in its raster are those of the picture shifted right by it */
 };
 
 /* What a pass needs besides buffers. */
@@ -130,11 +177,44 @@ static inline float fv_radius_deg(const struct fv_view *view, float size)
 /* Runs one pass over all tiles, in any order and whole. */
 void fv_pass_run(const struct fv_pass *pass, struct fv_frame *frame, struct fv_workers *workers);
 
-/* First element of tile's row y (0..31) in a buffer of 32-bit pixels. */
+/* Pixels along a tile's side, in its raster. */
+static inline int fv_tile_side(const struct fv_tile *tile)
+{
+    return FV_TILE >> tile->shift;
+}
+
+static inline const struct fv_raster *fv_tile_raster(const struct fv_frame *frame, const struct fv_tile *tile)
+{
+    return &frame->raster[tile->density][tile->eye];
+}
+
+/* First element of the tile's row y in its raster. */
 static inline int64_t fv_tile_row(const struct fv_frame *frame, const struct fv_tile *tile, int y)
 {
-    return (int64_t)(tile->y0 + y) * frame->stride + tile->x0;
+    return (int64_t)((tile->y0 >> tile->shift) + y) * fv_tile_raster(frame, tile)->stride +
+           (tile->x0 >> tile->shift);
 }
+
+/* First element of a block's row y (0..3). */
+static inline int64_t fv_block_row(const struct fv_frame *frame, const struct fv_tile *tile, int block, int y)
+{
+    return fv_tile_row(frame, tile, block / FV_BLOCKS * FV_BLOCK + y) + block % FV_BLOCKS * FV_BLOCK;
+}
+
+/* Makes it a tile of that density. */
+static inline void fv_tile_set_density(struct fv_tile *tile, int density)
+{
+    tile->density = density;
+    tile->shift = density == FV_COARSE;
+}
+
+/* The share of a raster's blocks to be sampled where p of the picture's pixels are: a coarse pixel stands for
+ * four, and the support image's samples, `spacing` pixels apart, count among them. */
+float fv_block_probability(const struct fv_frame *frame, float p, int density, int spacing);
+
+/* The eccentricity beyond which tiles are coarse: past r1, and only where the samples wanted there do not
+ * suffice for the picture's own density. */
+float fv_coarse_deg(const struct fv_frame *frame, const struct fv_parameters *parameters);
 
 /* Blocks of the tile that lie in the picture at least in part. */
 uint64_t fv_tile_inside(const struct fv_frame *frame, const struct fv_tile *tile);
@@ -143,10 +223,12 @@ uint64_t fv_tile_inside(const struct fv_frame *frame, const struct fv_tile *tile
  * so that the two fill each other in. */
 float fv_tile_threshold(const struct fv_frame *frame, const struct fv_tile *tile, int block);
 
-/* Eccentricity of a block's centre, degrees. */
+/* Eccentricity of a block's centre, degrees, and of its nearest point, from below. */
 float fv_tile_eccentricity_deg(const struct fv_frame *frame, const struct fv_tile *tile, int block);
+float fv_tile_nearest_deg(const struct fv_frame *frame, const struct fv_tile *tile, int block);
 
-/* Puts the centres of all pixels of the masked blocks, block by block, into the worker's samples. */
+/* Puts one place in each pixel of the masked blocks, block by block, into the worker's samples: its centre,
+ * jittered. */
 void fv_tile_place(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);
 
 /* Places, traces and encodes them, into scratch->samples and scratch->pixel. */

@@ -1,8 +1,9 @@
 /* present: pixels to the 8-bit picture that the display takes, with the optional overlay of foveal
  * zones, gaze and sampled pixels. Run only for frames that the display wants. */
-#include "rt/pass/reproject.h"
+#include "rt/pass/pass.h"
 
 #include <math.h>
+#include <string.h>
 
 static void paint(uint8_t *p, int r, int g, int b, int weight_256)
 {
@@ -26,17 +27,54 @@ static void overlay_row(const struct fv_frame *f, const struct fv_tile *tile, in
     }
 }
 
+/* A coarse tile's pixels and those around it, whose centres lie inside the picture. */
+enum { HALF = FV_TILE / 2, ROW = HALF + 2 };
+
+static void take_row(const struct fv_raster *r, int x0, int y, uint32_t row[ROW])
+{
+    y = y < 0 ? 0 : y >= r->height ? r->height - 1 : y;
+    const uint32_t *from = r->colour + y * r->stride;
+    int right = x0 + HALF < r->width ? x0 + HALF : r->width - 1;
+    memcpy(row + 1, from + x0, HALF * sizeof *row);
+    row[0] = from[x0 > 0 ? x0 - 1 : 0];
+    row[ROW - 1] = from[right];
+    for (int x = right - x0 + 2; x < ROW; x++) row[x] = from[right];
+}
+
+static void show_row(const struct fv_frame *f, const struct fv_tile *tile, int y, const uint32_t *colour)
+{
+    uint8_t *rgbx = (uint8_t *)f->buffer[FV_PICTURE][tile->eye] + 4 * ((tile->y0 + y) * f->stride + tile->x0);
+    f->kernels->present(colour, rgbx, FV_TILE);
+    if (f->overlay) overlay_row(f, tile, y, colour, rgbx);
+}
+
+static void show_coarse(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    const struct fv_raster *r = &f->raster[FV_COARSE][tile->eye];
+    uint32_t row[3][ROW];
+    _Alignas(64) uint32_t colour[FV_TILE];
+    int x0 = tile->x0 / 2, y0 = tile->y0 / 2;
+    take_row(r, x0, y0 - 1, row[2]);
+    take_row(r, x0, y0, row[0]);
+    for (int y = 0; y < HALF; y++) {
+        take_row(r, x0, y0 + y + 1, row[(y + 1) % 3]);
+        for (int lower = 0; lower < 2; lower++) {
+            f->kernels->double_row(row[y % 3], row[(y + (lower ? 1 : 2)) % 3], colour, HALF);
+            show_row(f, tile, 2 * y + lower, colour);
+        }
+    }
+}
+
 static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
     const uint32_t *colour = f->buffer[FV_COLOUR][tile->eye];
-    uint8_t *picture = f->buffer[FV_PICTURE][tile->eye];
-    for (int y = 0; y < FV_TILE; y++) {
-        int64_t at = fv_tile_row(f, tile, y);
-        f->kernels->present(colour + at, picture + 4 * at, FV_TILE);
-        if (f->overlay) overlay_row(f, tile, y, colour + at, picture + 4 * at);
-    }
+    if (tile->density == FV_COARSE) show_coarse(f, tile);
+    for (int y = 0; y < FV_TILE && tile->density == FV_FINE; y++)
+        show_row(f, tile, y, colour + (tile->y0 + y) * f->stride + tile->x0);
     return 1;
 }
 
-const struct fv_pass fv_pass_present = {
-    .name = "present", .reads = FV_BIT(FV_COLOUR), .writes = FV_BIT(FV_PICTURE), .run = run};
+const struct fv_pass fv_pass_present = {.name = "present",
+                                        .reads = FV_BIT(FV_COLOUR) | FV_BIT(FV_COARSE_COLOUR),
+                                        .writes = FV_BIT(FV_PICTURE),
+                                        .run = run};

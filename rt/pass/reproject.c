@@ -1,123 +1,160 @@
-/* reproject: the pass around the kernel: skips tiles that are sampled whole, and asks for a sample
- * of every block where too little history arrived (disocclusions, parts new to the view), and of more of
- * those at depth edges. */
+/* reproject: the pass around the kernel: carries history into all tiles that have any use for it, merges the
+ * support image's samples into it, and asks for a sample of every block where too little history arrived
+ * (disocclusions, parts new to the view), and of more of those that are marked (resampling info). */
 #include "rt/pass/reproject.h"
+
+#include "rt/pass/cache.h"
+#include "rt/pass/merge.h"
 
 #include <math.h>
 
-/* Blocks at depth edges, where reprojection goes wrong first, are sampled this many times as often:
- * half a decibel beyond the fovea for 5 % more rays. */
-static const float edge_factor = 4;
-
-void fv_reproject(struct fv_frame *f, const struct fv_tile *tile, uint64_t *edges, uint64_t *failed)
+/* The map between pictures, for rasters whose pixels are `scale` times as large. */
+static struct fv_map scaled(const struct fv_map *map, float scale)
 {
-    int e = tile->eye, side = f->spacing;
+    struct fv_map out = *map;
+    for (int i = 0; i < 3; i++) out.m[i][0] *= scale, out.m[i][1] *= scale;
+    for (int k = 0; k < 2; k++) {
+        for (int i = 0; i < 3; i++) out.m[k][i] /= scale;
+        out.t[k] /= scale;
+    }
+    return out;
+}
+
+static float node_depth(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    int64_t node = (tile->y0 + FV_TILE / 2) / f->spacing * (f->stride / f->spacing) +
+                   (tile->x0 + FV_TILE / 2) / f->spacing;
+    float w = ((const float *)f->buffer[FV_SUPPORT_DEPTH][tile->eye])[node];
+    return w >= 0 && w <= FV_INVERSE_DEPTH_MAX ? w : 0;
+}
+
+/* Where the picture's point (x, y) at inverse depth w was, in homogeneous pixels. */
+static void carry(const struct fv_map *map, float x, float y, float w, float to[3])
+{
+    for (int i = 0; i < 3; i++) to[i] = map->m[i][0] * x + map->m[i][1] * y + map->m[i][2] + map->t[i] * w;
+}
+
+struct fv_reprojected fv_reproject(struct fv_frame *f, const struct fv_tile *tile)
+{
+    int e = tile->eye, side = f->spacing, half = FV_TILE / 2;
+    const struct fv_raster *raster = fv_tile_raster(f, tile), *coarse = &f->raster[FV_COARSE][e];
+    float spacing = (float)side / raster->scale, to[3];
     struct fv_reproject_tile t = {
-        .map = f->map[e],
-        .x0 = tile->x0,
-        .y0 = tile->y0,
-        .width = f->width,
-        .height = f->height,
-        .stride = f->stride,
-        .history_colour = f->buffer[FV_HISTORY_COLOUR][e],
-        .history_depth = f->buffer[FV_HISTORY_DEPTH][e],
-        .spacing = side,
+        .map = scaled(&f->map[e], raster->scale),
+        .raster = raster,
+        .coarse = tile->density == FV_FINE && coarse->history_colour ? coarse : NULL,
+        .x0 = tile->x0 >> tile->shift,
+        .y0 = tile->y0 >> tile->shift,
+        .side = fv_tile_side(tile),
+        .sharp = f->sharp,
+        .spacing = spacing,
+        .node = {f->node[0] * spacing, f->node[1] * spacing},
         .nodes_x = (f->width + side - 1) / side,
         .nodes_y = (f->height + side - 1) / side,
         .support_stride = f->stride / side,
         .support_colour = f->buffer[FV_SUPPORT_COLOUR][e],
         .support_depth = f->buffer[FV_SUPPORT_DEPTH][e],
+        .support_surface = f->buffer[FV_SUPPORT_SURFACE][e],
         .epsilon = f->epsilon_depth,
-        .colour = f->buffer[FV_COLOUR][e],
-        .depth = f->buffer[FV_DEPTH][e],
+        .epsilon_luminance = f->epsilon_luminance,
     };
     if (!f->has_history) t.map = (struct fv_map){0}; /* leads nowhere: all is filled from the support image */
+    /* What was nearer by a factor was larger by the same. */
+    carry(&f->map[e], (float)(tile->x0 + half), (float)(tile->y0 + half), node_depth(f, tile), to);
+    t.footprint = to[2] > 0.125f ? 1 / to[2] : 8;
     f->kernels->reproject(&t);
-    *edges = t.edges;
-    *failed = t.failed;
+    f->state[tile->index].reprojected = 1;
+    fv_merge_nodes(f, tile);
+    return (struct fv_reprojected){.marked = t.marked, .failed = t.failed};
 }
 
 static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
-    uint64_t *selected = (uint64_t *)f->buffer[FV_SELECTED][0] + tile->index, edges, failed;
-    uint64_t inside = fv_tile_inside(f, tile), more;
+    uint64_t *selected = (uint64_t *)f->buffer[FV_SELECTED][0] + tile->index;
+    uint64_t *resampled = (uint64_t *)f->buffer[FV_RESAMPLED][0] + tile->index, inside = fv_tile_inside(f, tile);
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     if (f->failed_blocks) f->failed_blocks[tile->index] = 0;
-    if (*selected == inside || !f->has_history) return 0;
-    fv_reproject(f, tile, &edges, &failed);
-    failed &= inside;
-    edges &= inside & ~failed;
+    *resampled = 0;
+    if ((*selected == inside && !f->keep) || !f->has_history) return 0;
+    struct fv_reprojected r = fv_reproject(f, tile);
+    r.failed &= inside;
+    r.marked &= inside & ~r.failed;
     s->reprojected += __builtin_popcountll(inside);
-    s->edges += __builtin_popcountll(edges);
-    s->failed += __builtin_popcountll(failed);
-    if (f->failed_blocks) f->failed_blocks[tile->index] = (uint8_t)__builtin_popcountll(failed);
-    float p = edge_factor * f->parameters.foveal.p_min;
-    more = failed;
-    for (; edges; edges &= edges - 1) {
-        int block = __builtin_ctzll(edges);
-        if (fv_tile_threshold(f, tile, block) < p) more |= 1ull << block;
+    s->marked += __builtin_popcountll(r.marked);
+    s->failed += __builtin_popcountll(r.failed);
+    if (f->failed_blocks) f->failed_blocks[tile->index] = (uint8_t)__builtin_popcountll(r.failed);
+    float p = f->resample * fv_block_probability(f, f->parameters.foveal.p_min, tile->density, f->spacing);
+    *resampled = r.failed;
+    for (; r.marked; r.marked &= r.marked - 1) {
+        int block = __builtin_ctzll(r.marked);
+        if (fv_tile_threshold(f, tile, block) < p) *resampled |= 1ull << block;
     }
-    *selected |= more;
-    return FV_TILE * FV_TILE;
+    *selected |= *resampled;
+    fv_merge_coarse(f, tile);
+    return fv_tile_side(tile) * fv_tile_side(tile);
 }
 
 /* The history's pixels, all of the tile moved by as much as the surface in its middle. */
 static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 {
-    const uint64_t *selected = (const uint64_t *)f->buffer[FV_SELECTED][0] + tile->index;
-    int e = tile->eye, middle = FV_TILE / 2;
+    const struct fv_raster *raster = fv_tile_raster(f, tile), *coarse = &f->raster[FV_COARSE][tile->eye];
+    const struct fv_map *map = &f->map[tile->eye];
+    float x = (float)(tile->x0 + FV_TILE / 2), y = (float)(tile->y0 + FV_TILE / 2), to[3];
+    int side = fv_tile_side(tile), x0 = tile->x0 >> tile->shift, y0 = tile->y0 >> tile->shift;
     if (f->failed_blocks) f->failed_blocks[tile->index] = 0;
-    if (*selected == fv_tile_inside(f, tile)) return;
-    int64_t node =
-        (tile->y0 + middle) / f->spacing * (f->stride / f->spacing) + (tile->x0 + middle) / f->spacing;
-    float w = ((const float *)f->buffer[FV_SUPPORT_DEPTH][e])[node], to[3];
-    const struct fv_map *map = &f->map[e];
-    float x = (float)(tile->x0 + middle), y = (float)(tile->y0 + middle);
-    if (!(w >= 0 && w <= FV_INVERSE_DEPTH_MAX)) w = 0;
-    for (int i = 0; i < 3; i++) to[i] = map->m[i][0] * x + map->m[i][1] * y + map->m[i][2] + map->t[i] * w;
+    ((uint64_t *)f->buffer[FV_RESAMPLED][0])[tile->index] = 0;
+    if (((const uint64_t *)f->buffer[FV_SELECTED][0])[tile->index] == fv_tile_inside(f, tile) && !f->keep) return;
+    carry(map, x, y, node_depth(f, tile), to);
     float dx = to[2] > 1e-4f ? to[0] / to[2] - x : 0, dy = to[2] > 1e-4f ? to[1] / to[2] - y : 0;
-    int moved_x = fabsf(dx) < 16384 ? (int)lroundf(dx) : 0,
-        moved_y = fabsf(dy) < 16384 ? (int)lroundf(dy) : 0;
-    for (int row = 0; row < FV_TILE; row++) {
-        int from_y = tile->y0 + row + moved_y;
-        from_y = from_y < 0 ? 0 : from_y >= f->height ? f->height - 1 : from_y;
-        const uint32_t *colour = (const uint32_t *)f->buffer[FV_HISTORY_COLOUR][e] + from_y * f->stride;
-        const float *depth = (const float *)f->buffer[FV_HISTORY_DEPTH][e] + from_y * f->stride;
+    int moved_x = fabsf(dx) < 16384 ? (int)lroundf(dx / raster->scale) : 0;
+    int moved_y = fabsf(dy) < 16384 ? (int)lroundf(dy / raster->scale) : 0;
+    for (int row = 0; row < side; row++) {
+        int from_y = y0 + row + moved_y;
+        from_y = from_y < 0 ? 0 : from_y >= raster->height ? raster->height - 1 : from_y;
         int64_t at = fv_tile_row(f, tile, row);
-        uint32_t *out_colour = (uint32_t *)f->buffer[FV_COLOUR][e] + at;
-        float *out_depth = (float *)f->buffer[FV_DEPTH][e] + at;
-        for (int column = 0; column < FV_TILE; column++) {
-            int from_x = tile->x0 + column + moved_x;
-            from_x = from_x < 0 ? 0 : from_x >= f->width ? f->width - 1 : from_x;
-            out_colour[column] = colour[from_x] & FV_PIXEL_COLOUR;
-            out_depth[column] = depth[from_x];
+        for (int column = 0; column < side; column++) {
+            int from_x = x0 + column + moved_x;
+            from_x = from_x < 0 ? 0 : from_x >= raster->width ? raster->width - 1 : from_x;
+            int64_t from = from_y * raster->stride + from_x;
+            uint32_t colour = raster->history_colour[from], cache = raster->history_cache[from];
+            if (cache >= FV_CACHE_NONE && tile->density == FV_FINE && coarse->history_colour) {
+                from = from_y / 2 * coarse->stride + from_x / 2;
+                colour = coarse->history_colour[from], cache = coarse->history_cache[from];
+            }
+            raster->colour[at + column] = colour & FV_PIXEL_COLOUR;
+            raster->cache[at + column] = cache + ((cache & 255) < 255);
         }
     }
+    f->state[tile->index].reprojected = 1;
+    fv_merge_coarse(f, tile);
 }
 
 static void expect(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings,
                    double units[2])
 {
-    double tiles = 0;
-    float whole_deg = p->foveal.r0_deg - fv_radius_deg(&f->view[0], FV_TILE);
-    if (!f->has_history || p->foveal.p_min >= 1) return;
-    for (int d = 0; d < FV_DEGREES; d++)
-        if ((float)d + 0.5f > whole_deg) tiles += (double)rings->tiles[d];
-    units[0] = tiles * FV_TILE * FV_TILE;
+    float radius_deg = fv_radius_deg(&f->view[0], FV_TILE), coarse_deg = fv_coarse_deg(f, p) + radius_deg;
+    if (!f->has_history || (p->foveal.p_min >= 1 && !f->keep)) return;
+    for (int d = 0; d < FV_DEGREES; d++) {
+        float e = (float)d + 0.5f;
+        if (f->keep || e > p->foveal.r0_deg - radius_deg)
+            units[0] += (double)rings->tiles[d] * FV_TILE * FV_TILE * (e > coarse_deg ? 0.25 : 1);
+    }
 }
 
-double fv_reproject_share(const struct fv_frame *f, const struct fv_foveal *foveal, float p)
+double fv_reproject_share(const struct fv_frame *f, float p)
 {
-    float at_edges = fminf(1, edge_factor * foveal->p_min);
-    p += f->edge_share * fmaxf(0, at_edges - p);
+    float at_marked = fminf(1, f->resample * p);
+    p += f->marked_share * fmaxf(0, at_marked - p);
     return (double)(p + f->failed_share * (1 - p));
 }
 
 const struct fv_pass fv_pass_reproject = {
     .name = "reproject",
-    .reads = FV_BIT(FV_HISTORY_COLOUR) | FV_BIT(FV_HISTORY_DEPTH) | FV_BIT(FV_SUPPORT_COLOUR) |
-             FV_BIT(FV_SUPPORT_DEPTH) | FV_BIT(FV_SELECTED),
-    .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_DEPTH) | FV_BIT(FV_SELECTED),
+    .reads = FV_BIT(FV_HISTORY_COLOUR) | FV_BIT(FV_HISTORY_CACHE) | FV_BIT(FV_COARSE_HISTORY_COLOUR) |
+             FV_BIT(FV_COARSE_HISTORY_CACHE) | FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH) |
+             FV_BIT(FV_SUPPORT_SURFACE) | FV_BIT(FV_SELECTED),
+    .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_CACHE) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSE_CACHE) |
+              FV_BIT(FV_SELECTED) | FV_BIT(FV_RESAMPLED),
     .needs = FV_NEEDS_NOISE | FV_NEEDS_HISTORY,
     .run = run,
     .stand_in = stand_in,

@@ -1,5 +1,6 @@
 /* reproject: last frame's pixels carried into the new view by the support G-buffer's coarse mesh,
- * looked up backwards (Weier et al. 2016, section 3.2; METHODS: whichever way is faster). */
+ * looked up backwards (Weier et al. 2016, section 3.2; METHODS: whichever way is faster), and what of it has
+ * to be sampled again (section 3.3). */
 #ifndef FV_PASS_REPROJECT_H
 #define FV_PASS_REPROJECT_H
 
@@ -7,28 +8,34 @@
 
 /* One tile of one eye, as the kernel takes it. */
 struct fv_reproject_tile {
-    struct fv_map map;
-    int x0, y0, width, height; /* first pixel; the picture's size */
-    int64_t stride;            /* elements a row of the pixel buffers */
-    const uint32_t *history_colour;
-    const float *history_depth;
-    int spacing, nodes_x, nodes_y; /* support nodes that the picture covers */
+    struct fv_map map;               /* from the raster's pixels to those of its history */
+    const struct fv_raster *raster;
+    const struct fv_raster *coarse;  /* whose history is looked up where the raster's own fails; NULL: none */
+    int x0, y0, side;                /* first pixel and pixels a side, in the raster */
+    float footprint;                 /* pixels of the history that one pixel spans; above 1.25 it is filtered */
+    bool sharp;                      /* history is interpolated by cubics, not linearly */
+    float spacing, node[2];          /* raster pixels between support nodes; the first one's place */
+    int nodes_x, nodes_y;            /* nodes that the picture covers */
     int64_t support_stride;
     const uint32_t *support_colour;
     const float *support_depth;
-    float epsilon;   /* relative depth difference that still is the same surface */
-    uint32_t *colour; /* out */
-    float *depth;     /* out */
-    uint64_t edges;   /* out: blocks that lie between nodes of different depth */
-    uint64_t failed;  /* out: blocks in which a quarter of the pixels found no history */
+    const uint8_t *support_surface;
+    float epsilon;                   /* relative depth difference that still is the same surface */
+    float epsilon_luminance;         /* step between nodes that marks the pixels between them, of full scale 1 */
+    uint64_t marked; /* out: blocks that lie between nodes of different depth or luminance, or at grazing ones */
+    uint64_t failed; /* out: blocks in which a quarter of the pixels found no history */
 };
 
-/* One tile, whatever was selected of it; from the support image alone where there is no history. `edges`
- * and `failed` as above. */
-void fv_reproject(struct fv_frame *frame, const struct fv_tile *tile, uint64_t *edges, uint64_t *failed);
+/* What became of a tile. */
+struct fv_reprojected {
+    uint64_t marked, failed; /* blocks, as above */
+};
 
-/* The share of reprojected blocks that is sampled in the end, where the foveal function gives p, going by
- * the edges and failures of the frame before. */
-double fv_reproject_share(const struct fv_frame *frame, const struct fv_foveal *foveal, float p);
+/* One tile, whatever was selected of it; from the support image alone where there is no history. */
+struct fv_reprojected fv_reproject(struct fv_frame *frame, const struct fv_tile *tile);
+
+/* The share of reprojected blocks that is sampled in the end, where p of their raster's pixels are, going by
+ * the marks and failures of the frame before. */
+double fv_reproject_share(const struct fv_frame *frame, float p);
 
 #endif

@@ -58,7 +58,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     for (; blocks; blocks &= blocks - 1, pixel += FV_BLOCK * FV_BLOCK) {
         int block = __builtin_ctzll(blocks);
         for (int y = 0; y < FV_BLOCK; y++)
-            memcpy(colour + fv_tile_row(f, tile, block / FV_BLOCKS * FV_BLOCK + y) + block % FV_BLOCKS * FV_BLOCK,
+            memcpy(colour + fv_block_row(f, tile, block, y),
                    pixel + y * FV_BLOCK, FV_BLOCK * sizeof *pixel);
     }
     return traced;

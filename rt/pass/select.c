@@ -1,30 +1,52 @@
-/* select: which blocks of a tile are sampled: those whose blue-noise threshold lies below the
- * foveal function at their centre. Most tiles lie wholly inside r0 or beyond r1, where the
+/* select: how dense a tile is, and which of its blocks are sampled: those whose blue-noise threshold lies
+ * below the foveal function at their nearest point. Most tiles lie wholly inside r0 or beyond r1, where the
  * function is constant; only between is it evaluated block by block. */
+#include "rt/pass/cache.h"
+
 #include "rt/pass/pass.h"
 
-static int run(struct fv_frame *f, const struct fv_tile *tile)
+/* A tile that is coarse now has no history in the fine raster. */
+static void choose_density(struct fv_frame *f, struct fv_tile *tile, float nearest_deg)
 {
-    const struct fv_view *view = &f->view[tile->eye];
+    struct fv_tile_state *state = &f->state[tile->index];
+    state->density = nearest_deg > fv_coarse_deg(f, &f->parameters) ? FV_COARSE : FV_FINE;
+    state->reprojected = 0;
+    fv_tile_set_density(tile, state->density);
+    if (state->density == FV_COARSE && state->fine[0]) {
+        const struct fv_raster *fine = &f->raster[FV_FINE][tile->eye];
+        for (int y = 0; y < FV_TILE; y++)
+            for (int x = 0; x < FV_TILE; x++)
+                fine->cache[(tile->y0 + y) * fine->stride + tile->x0 + x] = FV_CACHE_NONE;
+    }
+    state->fine[0] = state->density == FV_FINE;
+}
+
+static int run(struct fv_frame *f, const struct fv_tile *at)
+{
+    const struct fv_view *view = &f->view[at->eye];
     const struct fv_foveal *foveal = &f->parameters.foveal;
-    uint64_t *selected = (uint64_t *)f->buffer[FV_SELECTED][0] + tile->index, mask = 0;
-    float half = 0.5f * FV_TILE, radius = fv_radius_deg(view, FV_TILE) + fv_radius_deg(view, FV_BLOCK);
-    float centre = fv_eccentricity_deg(view, (float)tile->x0 + half, (float)tile->y0 + half);
+    struct fv_tile tile = *at;
+    uint64_t *selected = (uint64_t *)f->buffer[FV_SELECTED][0] + tile.index, mask = 0;
+    float half = 0.5f * FV_TILE, radius = fv_radius_deg(view, FV_TILE) + fv_radius_deg(view, 2 * FV_BLOCK);
+    float centre = fv_eccentricity_deg(view, (float)tile.x0 + half, (float)tile.y0 + half);
     float outer_deg = foveal->r1_deg > foveal->r0_deg ? foveal->r1_deg : foveal->r0_deg;
     bool constant = centre + radius <= foveal->r0_deg || centre - radius >= outer_deg;
-    float p = fv_foveal_probability(foveal, centre);
-    uint64_t inside = fv_tile_inside(f, tile);
+    if (f->state) choose_density(f, &tile, centre - radius);
+    float p = fv_block_probability(f, fv_foveal_probability(foveal, centre), tile.density, f->spacing);
+    uint64_t inside = fv_tile_inside(f, &tile);
     if (!f->has_history || (constant && p >= 1)) {
         *selected = inside;
         return 1;
     }
-    for (int block = 0; block < FV_BLOCKS * FV_BLOCKS; block++) {
+    for (uint64_t left = inside; left; left &= left - 1) {
+        int block = __builtin_ctzll(left);
         /* At the block's nearest point: a block that r0 touches is sampled whole. */
         if (!constant)
-            p = fv_foveal_probability(foveal, fv_tile_eccentricity_deg(f, tile, block) - fv_radius_deg(view, FV_BLOCK));
-        mask |= (uint64_t)(fv_tile_threshold(f, tile, block) < p) << block;
+            p = fv_block_probability(f, fv_foveal_probability(foveal, fv_tile_nearest_deg(f, &tile, block)),
+                                     tile.density, f->spacing);
+        mask |= (uint64_t)(fv_tile_threshold(f, &tile, block) < p) << block;
     }
-    *selected = mask & inside;
+    *selected = mask;
     return 1;
 }
 

@@ -1,6 +1,9 @@
 /* support: the support image and G-buffer: one sample every few pixels of the whole picture, so
  * that every part of it is known a little in every frame (Weier et al. 2016, section 3). */
+#include "rt/pass/cache.h"
 #include "rt/pass/pass.h"
+
+#include <string.h>
 
 /* Nodes of a tile: side x side, in packets of 4 x 4. At 16 pixels a tile has fewer than a packet: one
  * tile in four then takes its neighbours' to the right and below with its own. */
@@ -51,8 +54,8 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     for (int i = 0; i < samples->count; i++) {
         int x, y;
         node_at(&nodes, i, &x, &y);
-        samples->x[i] = (float)tile->x0 + ((float)x + 0.5f) * (float)f->spacing;
-        samples->y[i] = (float)tile->y0 + ((float)y + 0.5f) * (float)f->spacing;
+        samples->x[i] = (float)tile->x0 + ((float)x + f->node[0]) * (float)f->spacing;
+        samples->y[i] = (float)tile->y0 + ((float)y + f->node[1]) * (float)f->spacing;
     }
     f->kernels->trace(f->tracer, &f->view[tile->eye], samples, (uint32_t)f->number, s->rays);
     f->kernels->encode(samples->red, samples->green, samples->blue, f->tracer->data->exposure, s->pixel,
@@ -66,18 +69,21 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
  * mends where it looks at the surface that it finds there. */
 static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 {
-    const uint32_t *colour = f->buffer[FV_HISTORY_COLOUR][tile->eye];
-    const float *depth = f->buffer[FV_HISTORY_DEPTH][tile->eye];
+    const struct fv_raster *coarse = &f->raster[FV_COARSE][tile->eye];
     struct nodes nodes = nodes_of(f, tile);
     for (int i = 0; i < nodes.side * nodes.side; i++) {
         int x, y;
         node_at(&nodes, i, &x, &y);
-        int64_t column = (nodes.x0 + x) * f->spacing + f->spacing / 2,
-                row = (nodes.y0 + y) * f->spacing + f->spacing / 2;
-        column = column < f->width ? column : f->width - 1;
-        row = row < f->height ? row : f->height - 1;
-        int64_t at = row * f->stride + column;
-        store(f, tile, &nodes, i, colour[at] & FV_PIXEL_COLOUR, depth[at], 0);
+        int column = (int)(((float)(nodes.x0 + x) + f->node[0]) * (float)f->spacing) / 2;
+        int row = (int)(((float)(nodes.y0 + y) + f->node[1]) * (float)f->spacing) / 2;
+        column = column < coarse->width ? column : coarse->width - 1;
+        row = row < coarse->height ? row : coarse->height - 1;
+        int64_t at = row * coarse->stride + column;
+        uint32_t bits = coarse->history_cache[at] >> 1 & 0x7fff8000;
+        float depth;
+        memcpy(&depth, &bits, sizeof depth);
+        if (coarse->history_cache[at] >= FV_CACHE_NONE) depth = FV_DEPTH_UNKNOWN;
+        store(f, tile, &nodes, i, coarse->history_colour[at] & FV_PIXEL_COLOUR, depth, 0);
     }
 }
 
@@ -89,7 +95,7 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
 }
 
 const struct fv_pass fv_pass_support = {.name = "support",
-                                        .reads = FV_BIT(FV_HISTORY_COLOUR) | FV_BIT(FV_HISTORY_DEPTH),
+                                        .reads = FV_BIT(FV_COARSE_HISTORY_COLOUR) | FV_BIT(FV_COARSE_HISTORY_CACHE),
                                         .writes = FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH) |
                                                   FV_BIT(FV_SUPPORT_SURFACE),
                                         .needs = FV_NEEDS_HISTORY,

@@ -1,0 +1,107 @@
+/* merge: pixels collected for the kernel, and put back; see merge.h. */
+#include "rt/pass/merge.h"
+
+#include "rt/pass/cache.h"
+
+enum { BLOCK_PIXELS = FV_BLOCK * FV_BLOCK };
+
+static void merge(struct fv_frame *f, const struct fv_tile *tile, int count, const uint32_t *sample,
+                  const float *inverse_depth)
+{
+    struct fv_worker_scratch *s = &f->scratch[tile->worker];
+    const struct fv_merge m = {.count = count,
+                               .seed = (uint32_t)f->number * 0x85ebca6bu + (uint32_t)tile->index * 0xc2b2ae35u,
+                               .epsilon = f->epsilon_depth,
+                               .k = f->k[f->still],
+                               .sample = sample,
+                               .inverse_depth = inverse_depth,
+                               .nearest = s->nearest,
+                               .farthest = s->farthest,
+                               .replaced = s->replaced,
+                               .colour = s->merged_colour,
+                               .cache = s->merged_cache};
+    f->kernels->merge(&m);
+}
+
+static void take_bounds(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    struct fv_worker_scratch *s = &f->scratch[tile->worker];
+    const struct fv_raster *raster = fv_tile_raster(f, tile);
+    f->kernels->bounds(raster->cache + fv_tile_row(f, tile, 0), raster->stride, fv_tile_side(tile), s->tile_nearest,
+                       s->tile_farthest);
+}
+
+void fv_merge_blocks(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks, uint64_t replaced)
+{
+    struct fv_worker_scratch *s = &f->scratch[tile->worker];
+    const struct fv_raster *raster = fv_tile_raster(f, tile);
+    int n = 0;
+    take_bounds(f, tile);
+    for (uint64_t left = blocks; left; left &= left - 1) {
+        int block = __builtin_ctzll(left);
+        int first = block / FV_BLOCKS * FV_BLOCK * FV_TILE + block % FV_BLOCKS * FV_BLOCK;
+        int32_t dropped = -(int32_t)(replaced >> block & 1);
+        for (int i = 0; i < BLOCK_PIXELS; i++) s->replaced[n + i] = dropped;
+        for (int y = 0; y < FV_BLOCK; y++, n += FV_BLOCK) {
+            int64_t at = fv_block_row(f, tile, block, y);
+            memcpy(s->merged_colour + n, raster->colour + at, FV_BLOCK * sizeof(uint32_t));
+            memcpy(s->merged_cache + n, raster->cache + at, FV_BLOCK * sizeof(uint32_t));
+            memcpy(s->nearest + n, s->tile_nearest + first + y * FV_TILE, FV_BLOCK * sizeof(float));
+            memcpy(s->farthest + n, s->tile_farthest + first + y * FV_TILE, FV_BLOCK * sizeof(float));
+        }
+    }
+    merge(f, tile, n, s->pixel, s->samples.inverse_depth);
+    n = 0;
+    for (uint64_t left = blocks; left; left &= left - 1)
+        for (int y = 0; y < FV_BLOCK; y++, n += FV_BLOCK) {
+            int64_t at = fv_block_row(f, tile, __builtin_ctzll(left), y);
+            memcpy(raster->colour + at, s->merged_colour + n, FV_BLOCK * sizeof(uint32_t));
+            memcpy(raster->cache + at, s->merged_cache + n, FV_BLOCK * sizeof(uint32_t));
+        }
+}
+
+void fv_merge_nodes(struct fv_frame *f, const struct fv_tile *tile)
+{
+    struct fv_worker_scratch *s = &f->scratch[tile->worker];
+    const struct fv_raster *raster = fv_tile_raster(f, tile);
+    const uint32_t *colour = f->buffer[FV_SUPPORT_COLOUR][tile->eye];
+    const float *depth = f->buffer[FV_SUPPORT_DEPTH][tile->eye];
+    _Alignas(64) uint32_t sample[FV_TILE / 4 * FV_TILE / 4];
+    _Alignas(64) float inverse_depth[FV_TILE / 4 * FV_TILE / 4];
+    int64_t at[FV_TILE / 4 * FV_TILE / 4];
+    int side = FV_TILE / f->spacing, n = 0;
+    take_bounds(f, tile);
+    for (int y = 0; y < side; y++)
+        for (int x = 0; x < side; x++, n++) {
+            int64_t node = (tile->y0 / f->spacing + y) * (f->stride / f->spacing) + tile->x0 / f->spacing + x;
+            int column = (int)(((float)x + f->node[0]) * (float)f->spacing) >> tile->shift;
+            int row = (int)(((float)y + f->node[1]) * (float)f->spacing) >> tile->shift;
+            at[n] = fv_tile_row(f, tile, row) + column;
+            sample[n] = colour[node];
+            inverse_depth[n] = depth[node];
+            s->merged_colour[n] = raster->colour[at[n]];
+            s->merged_cache[n] = raster->cache[at[n]];
+            s->replaced[n] = 0;
+            s->nearest[n] = s->tile_nearest[row * FV_TILE + column];
+            s->farthest[n] = s->tile_farthest[row * FV_TILE + column];
+        }
+    for (int i = n; i < BLOCK_PIXELS; i++) sample[i] = 0, inverse_depth[i] = FV_DEPTH_UNKNOWN;
+    merge(f, tile, n, sample, inverse_depth);
+    for (int i = 0; i < n; i++) {
+        raster->colour[at[i]] = s->merged_colour[i];
+        raster->cache[at[i]] = s->merged_cache[i];
+    }
+}
+
+void fv_merge_coarse(struct fv_frame *f, const struct fv_tile *tile)
+{
+    const struct fv_raster *fine = &f->raster[FV_FINE][tile->eye], *coarse = &f->raster[FV_COARSE][tile->eye];
+    enum { HALF = FV_TILE / 2 };
+    if (!coarse->colour || tile->density == FV_COARSE) return;
+    for (int y = 0; y < HALF; y++) {
+        int64_t from = (int64_t)(tile->y0 + 2 * y) * fine->stride + tile->x0;
+        int64_t to = (int64_t)(tile->y0 / 2 + y) * coarse->stride + tile->x0 / 2;
+        f->kernels->halve(fine->colour + from, fine->colour + from + fine->stride, coarse->colour + to, HALF);
+        for (int x = 0; x < HALF; x++) coarse->cache[to + x] = fine->cache[from + 2 * x];
+    }
+}

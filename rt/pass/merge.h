@@ -1,0 +1,31 @@
+/* merge: new samples over what was reprojected (Weier et al. 2016, section 3.4), pixel by pixel, and the
+ * coarse raster's share of what became of it. */
+#ifndef FV_PASS_MERGE_H
+#define FV_PASS_MERGE_H
+
+#include "rt/pass/pass.h"
+
+/* What the kernel takes: new samples and the pixels that they go into. Arrays padded to the width. */
+struct fv_merge {
+    int count;
+    uint32_t seed;              /* of the rounding's dither */
+    float epsilon;              /* relative depth difference beyond which history is dropped */
+    const float *k;             /* 256: least weight of a new sample, by age */
+    const uint32_t *sample;     /* colours */
+    const float *inverse_depth; /* of the samples; FV_DEPTH_UNKNOWN: the sample says nothing */
+    const float *nearest, *farthest; /* of the inverse depths at and around the pixels: silhouettes are a mean of both sides */
+    const int32_t *replaced;    /* masks: what stands there is dropped */
+    uint32_t *colour, *cache;   /* in: reprojected; out: merged, with FV_PIXEL_SAMPLED */
+};
+
+/* The worker's samples and pixels (scratch) into the tile's blocks that they were placed in. `replaced`:
+ * blocks whose history is dropped. */
+void fv_merge_blocks(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks, uint64_t replaced);
+
+/* The support image's nodes that lie in the tile, each into its pixel. */
+void fv_merge_nodes(struct fv_frame *frame, const struct fv_tile *tile);
+
+/* A fine tile into the coarse raster. */
+void fv_merge_coarse(struct fv_frame *frame, const struct fv_tile *tile);
+
+#endif

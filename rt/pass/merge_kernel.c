@@ -1,0 +1,130 @@
+/* merge_kernel: running means of pixels, and rasters of half and double density. */
+#include "rt/pass/cache.h"
+#include "rt/pass/merge.h"
+#include "rt/trace/pixel.h"
+
+#define merge FV_ISA_NAME(fv_merge)
+#define bounds FV_ISA_NAME(fv_bounds)
+#define halve FV_ISA_NAME(fv_halve)
+#define double_row FV_ISA_NAME(fv_double_row)
+void merge(const struct fv_merge *m);
+void bounds(const uint32_t *cache, int64_t stride, int side, float *nearest, float *farthest);
+void halve(const uint32_t *upper, const uint32_t *lower, uint32_t *out, int n);
+void double_row(const uint32_t *near, const uint32_t *far, uint32_t *out, int n);
+
+/* Numbers in [0, 1) by lane. */
+static inline vf dither(int i, uint32_t seed)
+{
+    vi n = (vi_lanes() + i) * (int32_t)0x9e3779b1u + (int32_t)seed;
+    n ^= (n >> 15) & 0x1ffff;
+    n *= (int32_t)0x2c1b3c6du;
+    n ^= (n >> 12) & 0xfffff;
+    return vf_from((n >> 8) & 0xffff) * 0x1p-16f;
+}
+
+/* A channel's 0..1023 as linear light before tone mapping: the inverse of pixel_encode_channel. */
+static inline vf decode_channel(vf encoded)
+{
+    vf e = encoded * (1 / 1023.0f);
+    vf y = vf_select(e < 0.04045f, e * (1 / 12.92f), vf_exp2(2.4f * vf_log2(vf_max((e + 0.055f) * (1 / 1.055f), vf_of(1e-3f)))));
+    vf a = 2.51f - 2.43f * y, b = 0.59f * y - 0.03f;
+    return (b + vf_sqrt(b * b + 0.56f * a * y)) / (2.0f * a);
+}
+
+/* history moved towards the sample by alpha of the way in linear light, both encoded. What is added is a
+ * difference of encodings, so that decoding need not be their exact inverse. */
+static inline vf blend(vf history, vf sample, vf alpha)
+{
+    vf h = decode_channel(history), s = decode_channel(sample);
+    return history + 1023.0f * (pixel_encode_channel(h + alpha * (s - h)) - pixel_encode_channel(h));
+}
+
+/* By the weight alpha of the new sample: 1 / (rho + 1), so that all count alike, but at least k of the
+ * history's age. (The paper prints the least of the two, and says the greatest.) Rounded by chance: to the
+ * nearest, small steps would never arrive. */
+void merge(const struct fv_merge *m)
+{
+    for (int i = 0; i < m->count; i += FV_WIDTH) {
+        vi sample = vi_load(m->sample + i), colour = vi_load(m->colour + i), cache = vi_load(m->cache + i);
+        vf w = vf_load(m->inverse_depth + i);
+        vf rho = vf_from(cache_rho(cache));
+        vi known = w >= 0.0f;
+        vi same = (w <= vf_load(m->nearest + i) * (1 + m->epsilon)) & (w >= vf_load(m->farthest + i) * (1 - m->epsilon));
+        vi fresh = vi_load(m->replaced + i) | ~same | (rho < 1.0f) | ((colour & (int32_t)FV_PIXEL_FILLED) != 0);
+        vf alpha = vf_max(1.0f / (rho + 1.0f), vf_gather(m->k, cache_age(cache)));
+        alpha = vf_select(fresh, vf_of(1), alpha);
+        vf rest = 1.0f - alpha;
+        vf3 h = pixel_unpack(colour), s = pixel_unpack(sample);
+        vf noise = dither(i, m->seed);
+        vi r = vi_from(vf_clamp(blend(h.x, s.x, alpha) + noise, 0, 1023)),
+           g = vi_from(vf_clamp(blend(h.y, s.y, alpha) + noise, 0, 1023)),
+           b = vi_from(vf_clamp(blend(h.z, s.z, alpha) + noise, 0, 1023));
+        vi mean = vi_select(fresh, sample, r | (g << 10) | (b << 20)) | (int32_t)FV_PIXEL_SAMPLED;
+        vf worth = 1.0f / (alpha * alpha + rest * rest / vf_max(rho, vf_of(1)));
+        vi now = cache_of_depth(w) | (vi_from(vf_min(worth, vf_of(255)) + 0.5f) << 8);
+        /* A sample of unknown depth leaves what was reprojected, where that is anything. */
+        vi leave = ~known & ~vi_load(m->replaced + i) & ((colour & (int32_t)FV_PIXEL_FILLED) == 0);
+        now = vi_select(known, now, vi_of((int32_t)(FV_CACHE_NONE | 255)));
+        vi_store(m->colour + i, vi_select(leave, colour, mean));
+        vi_store(m->cache + i, vi_select(leave, cache, now));
+    }
+}
+
+/* The inverse depths of a tile's pixels and the eight around each, as far as they lie in the tile: others are
+ * being written. Where none is known, -1. */
+void bounds(const uint32_t *cache, int64_t stride, int side, float *nearest, float *farthest)
+{
+    _Alignas(64) float high[FV_TILE][FV_TILE + 2 * FV_WIDTH], low[FV_TILE][FV_TILE + 2 * FV_WIDTH];
+    for (int y = 0; y < side; y++) {
+        const uint32_t *row[3] = {cache + (y > 0 ? y - 1 : 0) * stride, cache + y * stride,
+                                  cache + (y + 1 < side ? y + 1 : y) * stride};
+        for (int x = 0; x < side; x += FV_WIDTH) {
+            vf most = vf_of(-1), least = vf_of(2 * FV_INVERSE_DEPTH_MAX);
+            for (int i = 0; i < 3; i++) {
+                vf w = cache_depth(vi_load(row[i] + x)); /* no number where there is none: the other one stays */
+                most = vf_max(w, most);
+                least = vf_min(w, least);
+            }
+            vf_store(high[y] + FV_WIDTH + x, most);
+            vf_store(low[y] + FV_WIDTH + x, least);
+        }
+        high[y][FV_WIDTH - 1] = high[y][FV_WIDTH], low[y][FV_WIDTH - 1] = low[y][FV_WIDTH];
+        high[y][FV_WIDTH + side] = high[y][FV_WIDTH + side - 1], low[y][FV_WIDTH + side] = low[y][FV_WIDTH + side - 1];
+        for (int x = 0; x < side; x += FV_WIDTH) {
+            const float *h = high[y] + FV_WIDTH + x, *l = low[y] + FV_WIDTH + x;
+            vf_store(nearest + y * FV_TILE + x, vf_max(vf_load(h), vf_max(vf_load(h - 1), vf_load(h + 1))));
+            vf_store(farthest + y * FV_TILE + x, vf_min(vf_load(l), vf_min(vf_load(l - 1), vf_load(l + 1))));
+        }
+    }
+}
+
+/* Means of 2 x 2 pixels: n of them. */
+void halve(const uint32_t *upper, const uint32_t *lower, uint32_t *out, int n)
+{
+    const uint32_t odd = 0x3ff003ff, even = 0x000ffc00;
+    for (int i = 0; i < n; i++) {
+        uint32_t a = upper[2 * i], b = upper[2 * i + 1], c = lower[2 * i], d = lower[2 * i + 1];
+        uint32_t flags = (a | b | c | d) & FV_PIXEL_SAMPLED;
+        uint32_t green = ((a & even) >> 2) + ((b & even) >> 2) + ((c & even) >> 2) + ((d & even) >> 2);
+        uint64_t others = (uint64_t)(a & odd) + (b & odd) + (c & odd) + (d & odd) + 0x00200002;
+        out[i] = (uint32_t)(others >> 2 & odd) | ((green + (1 << 9)) & even) | flags;
+    }
+}
+
+/* Pixels of twice the density from rows of n + 2, the first and the last being the neighbours': bilinear, a
+ * quarter of a pixel from `near` towards `far`. n a multiple of 4, `out` of 2n. */
+void double_row(const uint32_t *near, const uint32_t *far, uint32_t *out, int n)
+{
+    for (int i = 0; i < n; i++) {
+        uint32_t pixel[2] = {0, 0};
+        for (int shift = 0; shift < 30; shift += 10) {
+            uint32_t c[3];
+            for (int k = 0; k < 3; k++) c[k] = 3 * (near[i + k] >> shift & 1023) + (far[i + k] >> shift & 1023);
+            pixel[0] |= (c[0] + 3 * c[1] + 8) >> 4 << shift;
+            pixel[1] |= (c[2] + 3 * c[1] + 8) >> 4 << shift;
+        }
+        uint32_t flags = near[i + 1] & FV_PIXEL_SAMPLED;
+        out[2 * i] = pixel[0] | flags;
+        out[2 * i + 1] = pixel[1] | flags;
+    }
+}
