@@ -48,7 +48,7 @@ void merge(const struct fv_merge *m)
         vi sample = vi_load(m->sample + i), colour = vi_load(m->colour + i), cache = vi_load(m->cache + i);
         vf w = vf_load(m->inverse_depth + i);
         vf rho = vf_from(cache_rho(cache));
-        vi known = w >= 0.0f;
+        vi known = (w >= 0.0f) & (w <= FV_INVERSE_DEPTH_MAX);
         vi same = (w <= vf_load(m->nearest + i) * (1 + m->epsilon)) & (w >= vf_load(m->farthest + i) * (1 - m->epsilon));
         vi fresh = vi_load(m->replaced + i) | ~same | (rho < 1.0f) | ((colour & (int32_t)FV_PIXEL_FILLED) != 0);
         vf alpha = vf_max(1.0f / (rho + 1.0f), vf_gather(m->k, cache_age(cache)));

@@ -219,10 +219,13 @@ static inline vf3 cubic(const struct source *s, vf px, vf py)
     vf x = vf_clamp(px - 0.5f, 0, s->width - 1.0f), y = vf_clamp(py - 0.5f, 0, s->height - 1.0f);
     vf x0 = vf_floor(x), y0 = vf_floor(y), wx[4], wy[4];
     vi ix = vi_from(x0), iy = vi_from(y0);
-    vi left = ix - ((ix > 0) & 1), right = ix + ((ix < (int32_t)s->width - 2) & 1); /* of pairs */
+    vi first = ix > 0, last = ix < (int32_t)s->width - 2, left = ix - (first & 1), right = ix + (last & 1); /* of pairs */
     vf3 sum = {vf_of(0), vf_of(0), vf_of(0)};
     cubic_weights(x - x0, wx);
     cubic_weights(y - y0, wy);
+    /* At the left and right borders a pair begins or ends a pixel later or sooner: the border's pixel is both. */
+    wx[0] = vf_select(first, wx[0], wx[0] + wx[1]), wx[1] = vf_select(first, wx[1], vf_of(0));
+    wx[3] = vf_select(last, wx[3], wx[2] + wx[3]), wx[2] = vf_select(last, wx[2], vf_of(0));
     for (int k = 0; k < 4; k++) {
         vi row = iy + (k - 1), a, b, c, d;
         row = vi_select(row > 0, row, vi_of(0));

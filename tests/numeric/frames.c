@@ -4,6 +4,7 @@
  * frames [N]: N frames in a row, 4000 by default; the label soak runs 1e7. */
 #include "cli/cli.h"
 #include "tests/support/program.h"
+#include "tests/support/shown.h"
 
 #include <math.h>
 
@@ -40,16 +41,11 @@ static void pose_of(const struct fv_setup *s, int64_t number, struct fv_pose *he
     }
 }
 
-static size_t pixels_of(const struct fv_frame *f)
+/* As if nothing had been rendered before: black, and no history anywhere. */
+static void clear_history(struct fv_setup *s)
 {
-    return (size_t)(f->stride * f->rows);
-}
-
-static void clear_history(struct fv_frame *f)
-{
-    for (int b = FV_COLOUR; b <= FV_HISTORY_DEPTH; b++)
-        for (int eye = 0; eye < EYES; eye++)
-            if (f->buffer[b][eye]) memset(f->buffer[b][eye], 0, pixels_of(f) * 4);
+    for (int b = FV_COLOUR; b <= FV_COARSE_HISTORY_CACHE; b++)
+        if (s->plan.buffers & FV_BIT(b)) memset(s->loop.frame.buffer[b][0], b % 2 ? 0xff : 0, (size_t)s->plan.bytes[b]);
 }
 
 /* FNV-1a of both eyes' pixels, flags too. */
@@ -59,13 +55,13 @@ static uint64_t fingerprint(const struct fv_frame *f)
     for (int eye = 0; eye < EYES; eye++)
         for (int y = 0; y < f->height; y++)
             for (int x = 0; x < f->width; x++)
-                h = (h ^ ((const uint32_t *)f->buffer[FV_COLOUR][eye])[y * f->stride + x]) * 0x100000001b3u;
+                h = (h ^ shown_pixel(f, eye, x, y)) * 0x100000001b3u;
     return h;
 }
 
 static void sequence(struct fv_setup *s, int64_t first, uint64_t out[SEQUENCE])
 {
-    clear_history(&s->loop.frame);
+    clear_history(s);
     s->loop.frame.number = first;
     for (int n = 0; n < SEQUENCE; n++) {
         struct fv_frame_record r;
@@ -118,7 +114,7 @@ static double brightness(struct fv_setup *s, int64_t number)
     const struct fv_frame *f = &s->loop.frame;
     for (int y = 0; y < f->height; y++)
         for (int x = 0; x < f->width; x++) {
-            uint32_t pixel = ((const uint32_t *)f->buffer[FV_COLOUR][0])[y * f->stride + x];
+            uint32_t pixel = shown_pixel(f, 0, x, y);
             sum += (pixel & 1023) + (pixel >> 10 & 1023) + (pixel >> 20 & 1023);
         }
     return sum / (3.0 * f->width * f->height);
@@ -187,8 +183,8 @@ static double decibel(const struct fv_setup *s, int64_t number)
     const struct fv_frame *f = &s->loop.frame;
     for (int y = 0; y < f->height; y++)
         for (int x = 0; x < f->width; x++) {
-            uint32_t a = ((const uint32_t *)f->buffer[FV_COLOUR][0])[y * f->stride + x];
-            uint32_t b = ((const uint32_t *)full->loop.frame.buffer[FV_COLOUR][0])[y * f->stride + x];
+            uint32_t a = shown_pixel(f, 0, x, y);
+            uint32_t b = shown_pixel(&full->loop.frame, 0, x, y);
             for (int shift = 0; shift < 30; shift += 10)
                 sum += pow((double)(a >> shift & 1023) - (double)(b >> shift & 1023), 2);
         }
@@ -215,7 +211,7 @@ static void many_frames(void **state)
     struct fv_session *session = &run.s->session;
     const struct fv_loop_io io = {&run, latch, wants, present, NULL, after};
     memset(session->record, 0, (size_t)session->capacity * sizeof *session->record);
-    clear_history(&run.s->loop.frame);
+    clear_history(run.s);
     run.s->loop.frame.number = (INT64_C(1) << 32) - frames_in_a_row / 2; /* wraps half way */
     fv_loop_run(&run.s->loop, &io, frames_in_a_row);
     double last_db = decibel(run.s, frames_in_a_row - 1);

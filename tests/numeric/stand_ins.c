@@ -1,7 +1,9 @@
 /* stand_ins: frames that were cut, in part or wholly: while nothing moves they look like the frame before,
  * where it does they stay near the frame that was not cut, and a poisoned value moves no tile. */
 #include "cli/cli.h"
+#include "rt/pass/cache.h"
 #include "tests/support/program.h"
+#include "tests/support/shown.h"
 
 #include <math.h>
 
@@ -29,7 +31,7 @@ struct told {
     int level;
     int done[FRAMES]; /* of every stage that can be cut; -1: all */
     double turn;      /* of the head, radians a frame */
-    float poison; /* put into the history's depths before the last frame, one in the middle of each tile */
+    uint32_t poison; /* put into both rasters' caches before the last frame, in the middle of each tile */
     int frame;
 };
 
@@ -67,6 +69,13 @@ static void present(void *context, const struct fv_frame *frame)
     (void)context, (void)frame;
 }
 
+static void keep_shown(const struct fv_frame *f, uint32_t out[EYES][256 * 256])
+{
+    for (int e = 0; e < EYES; e++)
+        for (int y = 0; y < f->height; y++)
+            for (int x = 0; x < f->width; x++) out[e][y * f->stride + x] = shown_pixel(f, e, x, y);
+}
+
 /* Before the last frame: what it will find as history is kept. */
 static bool after(void *context, const struct fv_session *session, const struct fv_frame_record *r)
 {
@@ -75,14 +84,15 @@ static bool after(void *context, const struct fv_session *session, const struct 
     (void)session;
     assert_true(r->cut == (t->done[r->frame] >= 0));
     if (r->frame != FRAMES - 2) return true;
-    for (int e = 0; e < EYES; e++)
-        memcpy(kept[e], f->buffer[FV_COLOUR][e], (size_t)(f->stride * f->rows) * 4);
+    keep_shown(f, kept);
     for (int e = 0; e < EYES && t->poison != 0; e++)
         for (int y = FV_TILE / 2; y < f->height; y += FV_TILE)
             for (int x = FV_TILE / 2; x < f->width; x += FV_TILE)
-                for (int n = 0; n < 4; n++) /* wherever the node's middle is rounded to */
-                    ((float *)f->buffer[FV_DEPTH][e])[(y + n / 2 * 4) * f->stride + x + n % 2 * 4] =
-                        t->poison;
+                for (int n = 0; n < 4; n++) { /* wherever the node's middle is rounded to */
+                    int row = y + n / 2 * 4, column = x + n % 2 * 4;
+                    f->raster[FV_FINE][e].cache[row * f->stride + column] = t->poison;
+                    f->raster[FV_COARSE][e].cache[row / 2 * (f->stride / 2) + column / 2] = t->poison;
+                }
     return true;
 }
 
@@ -102,8 +112,7 @@ static double difference(const struct fv_frame *f, uint32_t other[EYES][256 * 25
     for (int e = 0; e < EYES; e++)
         for (int y = 0; y < f->height; y++)
             for (int x = 0; x < f->width; x++) {
-                uint32_t a = ((const uint32_t *)f->buffer[FV_COLOUR][e])[y * f->stride + x];
-                uint32_t b = other[e][y * f->stride + x];
+                uint32_t a = shown_pixel(f, e, x, y), b = other[e][y * f->stride + x];
                 int most = 0;
                 for (int shift = 0; shift < 30; shift += 10) {
                     int d = abs((int)(a >> shift & 1023) - (int)(b >> shift & 1023));
@@ -159,8 +168,7 @@ static void turning(void **state)
         struct fv_frame *f = &t.setup->loop.frame;
         double share;
         run(&t);
-        for (int e = 0; e < EYES; e++)
-            memcpy(uncut[e], f->buffer[FV_COLOUR][e], (size_t)(f->stride * f->rows) * 4);
+        keep_shown(f, uncut);
         for (int cut = 1; cut <= 3; cut++) {
             for (int n = 0; n < FRAMES; n++) t.done[n] = n >= FRAMES - cut ? 10 : -1;
             run(&t);
@@ -178,20 +186,20 @@ static void turning(void **state)
 static void poisoned(void **state)
 {
     (void)state;
-    static const float odd[] = {1e30f, NAN, INFINITY, -INFINITY, -5};
+    /* The depths infinity, 1e30, NaN and none; 0 and 1e6, long ago; 0.1, just now and certain. */
+    static const uint32_t odd[] = {0xff000000, 0xe2940000, 0xff800000, 0xffffffff, 0x000000ff, 0x92e800ff, 0x7b9aff00};
     for (int i = 0; i < (int)(sizeof odd / sizeof odd[0]); i++) {
         struct told t = {opened(&setups[0], settings[0].support), 0, {-1, -1, -1, -1, -1, 0}, 0.002, 0, 0};
         static uint32_t clean[EYES][256 * 256];
         struct fv_frame *f = &t.setup->loop.frame;
         double share;
         run(&t);
-        for (int e = 0; e < EYES; e++)
-            memcpy(clean[e], f->buffer[FV_COLOUR][e], (size_t)(f->stride * f->rows) * 4);
+        keep_shown(f, clean);
         t.poison = odd[i];
         run(&t);
         double rms = difference(f, clean, &share);
         if (!(rms < 10 && share < 0.005))
-            fail_msg("%g: %.1f off, %.3f %% far off", (double)odd[i], rms, 100 * share);
+            fail_msg("%08x: %.1f off, %.3f %% far off", odd[i], rms, 100 * share);
     }
 }
 

@@ -35,7 +35,7 @@ static const struct {
     {"--set scene.name=cornell --set method.name=full --set display.eyes=1",
      NULL,
      {"pass     sample_all", "memory   blue-noise mask", "device   eye", "memory   tape"},
-     {"pass     select", "pass     support", "buffer   depth", "buffer   history depth",
+     {"pass     select", "pass     support", "buffer   cache", "buffer   history cache",
       "buffer   support colour", "buffer   selected blocks", "feature  second eye"}},
     {"--set scene.name=atrium --set method.name=full --set output.tape=off --set display.sink=none",
      NULL,
@@ -64,7 +64,7 @@ static const struct {
       "kernel   tracing, textured", "kernel   tracing, all"}},
     {SCENES FILE_SCENE "cornell/CornellBox-Mirror.obj",
      LIBRARY "/cornell/CornellBox-Mirror.obj",
-     {"feature  reflection", "buffer   history depth", "kernel   tracing, mirrored"},
+     {"feature  reflection", "buffer   history cache", "kernel   tracing, mirrored"},
      {"feature  textures", "feature  normal maps", "feature  alpha test", "feature  refraction",
       "kernel   tracing, textured"}},
     {SCENES "--set scene.name=sponza",
@@ -141,7 +141,8 @@ static void bytes_are_those_taken(void **state)
     static const struct {
         const char *row, *taken;
     } pairs[] = {{"buffer   colour", "  colour"},
-                 {"buffer   depth", "  depth"},
+                 {"buffer   cache", "  cache"},
+                 {"buffer   coarse cache", "  coarse cache"},
                  {"buffer   picture", "  picture"},
                  {"buffer   support colour", "  support colour"},
                  {"thread   workers", "  worker scratch"},
