@@ -60,7 +60,8 @@ struct fv_reprojected fv_reproject(struct fv_frame *f, const struct fv_tile *til
     };
     if (!f->has_history) t.map = (struct fv_map){0}; /* leads nowhere: all is filled from the support image */
     /* What was nearer by a factor was larger by the same. */
-    carry(&f->map[e], (float)(tile->x0 + half), (float)(tile->y0 + half), node_depth(f, tile), to);
+    t.middle = node_depth(f, tile);
+    carry(&f->map[e], (float)(tile->x0 + half), (float)(tile->y0 + half), t.middle, to);
     t.footprint = to[2] > 0.125f ? 1 / to[2] : 8;
     f->kernels->reproject(&t);
     f->state[tile->index].reprojected = 1;

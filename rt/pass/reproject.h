@@ -12,6 +12,7 @@ struct fv_reproject_tile {
     const struct fv_raster *raster;
     const struct fv_raster *coarse;  /* whose history is looked up where the raster's own fails; NULL: none */
     int x0, y0, side;                /* first pixel and pixels a side, in the raster */
+    float middle;                    /* inverse depth of the tile's middle */
     float footprint;                 /* pixels of the history that one pixel spans; above 1.25 it is filtered */
     bool sharp;                      /* history is interpolated by cubics, not linearly */
     float spacing, node[2];          /* raster pixels between support nodes; the first one's place */

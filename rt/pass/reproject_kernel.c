@@ -95,6 +95,7 @@ static void take_nodes(const struct fv_reproject_tile *t, struct nodes *nodes)
                                       (float)(c >> 20 & 1023) * 0.114f) * (1 / 1023.0f);
             nodes->surface[y][x] = t->support_surface[at];
         }
+        for (int x = nodes->along; x < NODES; x++) nodes->w[y][x] = 0; /* rows are worked at whole */
     }
 }
 
@@ -214,26 +215,74 @@ static inline void cubic_weights(vf f, vf w[4])
     w[3] = f * f * (-0.5f + 0.5f * f);
 }
 
+/* Neighbouring pixels mostly come from neighbouring ones: then all that a vector of them needs of the history
+ * stands in two vectors of each of four rows, or of five, and is picked from there. */
+struct window {
+    bool holds, slanted;  /* slanted: lanes of `lower` need the rows one further down */
+    const uint32_t *from; /* the first row's first pixel */
+    vi column, lower;
+};
+
+static inline struct window window_of(const struct source *s, vi ix, vi iy)
+{
+    struct window w = {.holds = false};
+#if FV_WIDTH > 4
+    int left = ix[0] - 1, first = iy[0], last = iy[FV_WIDTH - 1], top = (first < last ? first : last) - 1;
+    vi column = ix - 1 - left, row = iy - 1 - top;
+    vi within = (column >= 0) & (column <= 2 * FV_WIDTH - 4) & (ix < (int32_t)s->width - 2) & (row >= 0) & (row <= 1);
+    w.holds = left >= 0 && left + 2 * FV_WIDTH <= s->stride && top >= 0 && top + 4 <= s->last_row && !vi_any(~within);
+    w.slanted = first != last || vi_any(row > 0);
+    w.from = s->colour + (int64_t)top * s->stride + left;
+    w.column = column;
+    w.lower = row > 0;
+#else
+    (void)s, (void)ix, (void)iy;
+#endif
+    return w;
+}
+
+static inline void pick_row(const struct window *w, const uint32_t *row, vi tap[4])
+{
+#if FV_WIDTH > 4
+    vi low = vi_load(row), high = vi_load(row + FV_WIDTH);
+    for (int i = 0; i < 4; i++) tap[i] = vi_pick(low, high, w->column + i);
+#else
+    (void)w, (void)row, (void)tap;
+#endif
+}
+
+static inline void gather_row(const struct source *s, vi ix, vi row, vi tap[4])
+{
+    vi left = ix - ((ix > 0) & 1), right = ix + ((ix < (int32_t)s->width - 2) & 1); /* of pairs */
+    row = vi_select(row > 0, row, vi_of(0));
+    row = vi_select(row < s->last_row, row, vi_of(s->last_row)) * s->stride;
+    vi_gather_pairs(s->colour, row + left, &tap[0], &tap[1]);
+    vi_gather_pairs(s->colour, row + right, &tap[2], &tap[3]);
+}
+
 static inline vf3 cubic(const struct source *s, vf px, vf py)
 {
     vf x = vf_clamp(px - 0.5f, 0, s->width - 1.0f), y = vf_clamp(py - 0.5f, 0, s->height - 1.0f);
     vf x0 = vf_floor(x), y0 = vf_floor(y), wx[4], wy[4];
-    vi ix = vi_from(x0), iy = vi_from(y0);
-    vi first = ix > 0, last = ix < (int32_t)s->width - 2, left = ix - (first & 1), right = ix + (last & 1); /* of pairs */
+    vi ix = vi_from(x0), iy = vi_from(y0), tap[4], below[4];
+    vi first = ix > 0, last = ix < (int32_t)s->width - 2;
     vf3 sum = {vf_of(0), vf_of(0), vf_of(0)};
+    struct window window = window_of(s, ix, iy);
     cubic_weights(x - x0, wx);
     cubic_weights(y - y0, wy);
     /* At the left and right borders a pair begins or ends a pixel later or sooner: the border's pixel is both. */
     wx[0] = vf_select(first, wx[0], wx[0] + wx[1]), wx[1] = vf_select(first, wx[1], vf_of(0));
     wx[3] = vf_select(last, wx[3], wx[2] + wx[3]), wx[2] = vf_select(last, wx[2], vf_of(0));
     for (int k = 0; k < 4; k++) {
-        vi row = iy + (k - 1), a, b, c, d;
-        row = vi_select(row > 0, row, vi_of(0));
-        row = vi_select(row < s->last_row, row, vi_of(s->last_row));
-        vi_gather_pairs(s->colour, row * s->stride + left, &a, &b);
-        vi_gather_pairs(s->colour, row * s->stride + right, &c, &d);
-        vf3 line = vf3_add(vf3_add(vf3_scale(pixel_unpack(a), wx[0]), vf3_scale(pixel_unpack(b), wx[1])),
-                           vf3_add(vf3_scale(pixel_unpack(c), wx[2]), vf3_scale(pixel_unpack(d), wx[3])));
+        if (window.holds) {
+            pick_row(&window, window.from + k * s->stride, tap);
+            if (window.slanted) pick_row(&window, window.from + (k + 1) * s->stride, below);
+            for (int i = 0; i < 4 && window.slanted; i++) tap[i] = vi_select(window.lower, below[i], tap[i]);
+        } else {
+            gather_row(s, ix, iy + (k - 1), tap);
+        }
+        vf3 line = vf3_add(vf3_add(vf3_scale(pixel_unpack(tap[0]), wx[0]), vf3_scale(pixel_unpack(tap[1]), wx[1])),
+                           vf3_add(vf3_scale(pixel_unpack(tap[2]), wx[2]), vf3_scale(pixel_unpack(tap[3]), wx[3])));
         sum = vf3_add(sum, vf3_scale(line, wy[k]));
     }
     return (vf3){vf_clamp(sum.x, 0, 1023), vf_clamp(sum.y, 0, 1023), vf_clamp(sum.z, 0, 1023)};
@@ -273,6 +322,23 @@ struct step {
     float y;
     int64_t out;
 };
+
+/* The tile's first rows, by its middle's node. */
+static void prefetch_first(const struct fv_reproject_tile *t, const struct source *s)
+{
+    float x = (float)t->x0, y = (float)t->y0, w = t->middle, to[3];
+    for (int i = 0; i < 3; i++) to[i] = t->map.m[i][0] * x + t->map.m[i][1] * y + t->map.m[i][2] + t->map.t[i] * w;
+    if (!(to[2] > 0.1f)) return;
+    float column = to[0] / to[2], row = to[1] / to[2];
+    if (!(column >= 0 && column < s->width && row >= 1 && row < (float)(s->last_row - PREFETCH_ROWS))) return;
+    for (int r = -1; r <= PREFETCH_ROWS; r++) {
+        int32_t at = ((int32_t)row + r) * s->stride + (int32_t)column;
+        __builtin_prefetch(s->cache + at);
+        __builtin_prefetch(s->colour + at);
+        __builtin_prefetch(s->cache + at + 16);
+        __builtin_prefetch(s->colour + at + 16);
+    }
+}
 
 /* The rows below look a little further down in the history: on its way before they need it. */
 static inline void prefetch_below(const struct source *s, vi index)
@@ -338,12 +404,13 @@ void reproject(struct fv_reproject_tile *t)
 {
     const float(*m)[3] = t->map.m, across = 1 / t->spacing;
     struct source own = source_of(t->raster, 1), other, *coarse = NULL;
-    struct nodes nodes = {0};
+    struct nodes nodes;
     struct cells cells = {0};
     struct blocks blocks = {.columns = t->raster->width - t->x0 >= FV_TILE ? ~0u : (1u << (t->raster->width - t->x0)) - 1};
     int below = -1;
     if (t->coarse) other = source_of(t->coarse, t->raster->scale / t->coarse->scale), coarse = &other;
     t->failed = t->marked = 0;
+    prefetch_first(t, &own);
     take_nodes(t, &nodes);
     for (int y = 0; y < t->side; y++) {
         struct step v = {.y = (float)(t->y0 + y) + 0.5f,

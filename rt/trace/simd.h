@@ -255,6 +255,19 @@ static inline vi vi_table16(const uint32_t table[16], vi index)
 #endif
 }
 
+#if FV_WIDTH > 4
+/* The words that lie `index`, in [0, 2 FV_WIDTH), from the first of `low`; `high` goes on where it ends. */
+static inline vi vi_pick(vi low, vi high, vi index)
+{
+#if FV_WIDTH == 16
+    return (vi)_mm512_permutex2var_epi32((__m512i)low, (__m512i)index, (__m512i)high);
+#else
+    return vi_select(index > 7, (vi)_mm256_permutevar8x32_epi32((__m256i)high, (__m256i)index),
+                     (vi)_mm256_permutevar8x32_epi32((__m256i)low, (__m256i)index));
+#endif
+}
+#endif
+
 static inline vi vi_lanes(void)
 {
 #if FV_WIDTH == 16
