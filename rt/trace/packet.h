@@ -57,10 +57,11 @@ static inline void packet_intersect_moving(const struct fv_tracer *tracer, struc
 {
     _Alignas(64) FV_RAY_HIT_N r;
     _Alignas(64) int valid[FV_WIDTH];
+    vf scale = instance_scale(direction);
     h->object = vi_of(0);
     for (int i = 0; i < tracer->instances; i++) {
         const struct fv_instance *o = &tracer->instance[i];
-        vi near = instance_near(o, origin, direction, h->t, mask);
+        vi near = instance_near(o, origin, direction, scale, h->t, mask);
         if (o->ball[3] < 0 || !vi_any(near)) continue;
         packet_fill(&r.ray, instance_turn_back(o, vf3_sub(origin, vf3_of(o->at))), instance_turn_back(o, direction),
                     h->t);
@@ -114,9 +115,10 @@ static inline vi packet_occluded_moving(const struct fv_tracer *tracer, struct f
     _Alignas(64) FV_RAY_N r;
     _Alignas(64) int valid[FV_WIDTH];
     vi occluded = vi_of(0);
+    vf scale = instance_scale(direction);
     for (int i = 0; i < tracer->instances; i++) {
         const struct fv_instance *o = &tracer->instance[i];
-        vi near = instance_near(o, origin, direction, far, mask & ~occluded);
+        vi near = instance_near(o, origin, direction, scale, far, mask & ~occluded);
         if (o->ball[3] < 0 || !vi_any(near)) continue;
         packet_fill(&r, instance_turn_back(o, vf3_sub(origin, vf3_of(o->at))), instance_turn_back(o, direction), far);
         vi_store(valid, near);
