@@ -26,7 +26,7 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
     f->keep = strcmp(c->method_history, "keep") == 0;
     f->support_counts = strcmp(c->method_support_samples, "count") == 0;
     f->sharp = strcmp(c->method_history_filter, "cubic") == 0;
-    for (int age = 0; age < 256; age++) {
+    for (int age = 0; age < 128; age++) {
         f->k[0][age] = (float)least_weight(c, age);
         f->k[1][age] = fminf(f->k[0][age], 1 / 256.0f);
     }

@@ -5,13 +5,15 @@
  * Bits 16-31: inverse depth, 1/m, [0, FV_INVERSE_DEPTH_MAX]: a float's bits 15 to 30, rounded, so good to
  *             1/512. FV_CACHE_NONE >> 16, which is no number: not known, and no history either.
  * Bits 8-15:  rho, 0 to 255; 0: filled from the support image.
- * Bits 0-7:   age: frames since the pixel was sampled, at most 255. */
+ * Bit 7:      the pixel shows what moves: it is no history for what stands still, and the other way round.
+ * Bits 0-6:   age: frames since the pixel was sampled, at most FV_CACHE_OLDEST. */
 #ifndef FV_PASS_CACHE_H
 #define FV_PASS_CACHE_H
 
 #include "rt/trace/simd.h"
 
 #define FV_CACHE_NONE 0xffff0000u
+enum { FV_CACHE_OLDEST = 127, FV_CACHE_MOVING = 128 };
 
 /* NaN where there is none. */
 static inline vf cache_depth(vi cache)
@@ -33,13 +35,13 @@ static inline vi cache_rho(vi cache)
 
 static inline vi cache_age(vi cache)
 {
-    return cache & 255;
+    return cache & FV_CACHE_OLDEST;
 }
 
-/* rho and age of the same pixel a frame later. */
+/* rho, age and whether it moves, of the same pixel a frame later. */
 static inline vi cache_older(vi cache)
 {
-    return (cache & 0xffff) + ((cache_age(cache) < 255) & 1);
+    return (cache & 0xffff) + ((cache_age(cache) < FV_CACHE_OLDEST) & 1);
 }
 
 #endif

@@ -6,7 +6,7 @@
 enum { BLOCK_PIXELS = FV_BLOCK * FV_BLOCK };
 
 static void merge(struct fv_frame *f, const struct fv_tile *tile, int count, const uint32_t *sample,
-                  const float *inverse_depth)
+                  const float *inverse_depth, const int32_t *surface)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     const struct fv_merge m = {.count = count,
@@ -15,6 +15,7 @@ static void merge(struct fv_frame *f, const struct fv_tile *tile, int count, con
                                .k = f->k[f->still],
                                .sample = sample,
                                .inverse_depth = inverse_depth,
+                               .surface = surface,
                                .nearest = s->nearest,
                                .farthest = s->farthest,
                                .replaced = s->replaced,
@@ -50,7 +51,7 @@ void fv_merge_blocks(struct fv_frame *f, const struct fv_tile *tile, uint64_t bl
             memcpy(s->farthest + n, s->tile_farthest + first + y * FV_TILE, FV_BLOCK * sizeof(float));
         }
     }
-    merge(f, tile, n, s->pixel, s->samples.inverse_depth);
+    merge(f, tile, n, s->pixel, s->samples.inverse_depth, s->samples.surface);
     n = 0;
     for (uint64_t left = blocks; left; left &= left - 1)
         for (int y = 0; y < FV_BLOCK; y++, n += FV_BLOCK) {
@@ -66,8 +67,10 @@ void fv_merge_nodes(struct fv_frame *f, const struct fv_tile *tile)
     const struct fv_raster *raster = fv_tile_raster(f, tile);
     const uint32_t *colour = f->buffer[FV_SUPPORT_COLOUR][tile->eye];
     const float *depth = f->buffer[FV_SUPPORT_DEPTH][tile->eye];
+    const uint8_t *seen = f->buffer[FV_SUPPORT_SURFACE][tile->eye];
     _Alignas(64) uint32_t sample[FV_TILE / 4 * FV_TILE / 4];
     _Alignas(64) float inverse_depth[FV_TILE / 4 * FV_TILE / 4];
+    _Alignas(64) int32_t surface[FV_TILE / 4 * FV_TILE / 4];
     int64_t at[FV_TILE / 4 * FV_TILE / 4];
     int side = FV_TILE / f->spacing, n = 0;
     take_bounds(f, tile);
@@ -79,18 +82,26 @@ void fv_merge_nodes(struct fv_frame *f, const struct fv_tile *tile)
             at[n] = fv_tile_row(f, tile, row) + column;
             sample[n] = colour[node];
             inverse_depth[n] = depth[node];
+            surface[n] = seen[node];
             s->merged_colour[n] = raster->colour[at[n]];
             s->merged_cache[n] = raster->cache[at[n]];
             s->replaced[n] = 0;
             s->nearest[n] = s->tile_nearest[row * FV_TILE + column];
             s->farthest[n] = s->tile_farthest[row * FV_TILE + column];
         }
-    for (int i = n; i < BLOCK_PIXELS; i++) sample[i] = 0, inverse_depth[i] = FV_DEPTH_UNKNOWN;
-    merge(f, tile, n, sample, inverse_depth);
+    for (int i = n; i < BLOCK_PIXELS; i++) sample[i] = 0, inverse_depth[i] = FV_DEPTH_UNKNOWN, surface[i] = 0;
+    merge(f, tile, n, sample, inverse_depth, surface);
     for (int i = 0; i < n; i++) {
         raster->colour[at[i]] = s->merged_colour[i];
         raster->cache[at[i]] = s->merged_cache[i];
     }
+}
+
+/* Of four fine pixels, one's; no history where what moves is mixed with what does not. */
+static uint32_t coarse_cache(const uint32_t *upper, const uint32_t *lower)
+{
+    uint32_t differ = (upper[0] ^ upper[1]) | (upper[0] ^ lower[0]) | (upper[0] ^ lower[1]);
+    return differ & FV_CACHE_MOVING ? FV_CACHE_NONE | (upper[0] & 0xffff) : upper[0];
 }
 
 void fv_merge_coarse(struct fv_frame *f, const struct fv_tile *tile)
@@ -102,6 +113,10 @@ void fv_merge_coarse(struct fv_frame *f, const struct fv_tile *tile)
         int64_t from = (int64_t)(tile->y0 + 2 * y) * fine->stride + tile->x0;
         int64_t to = (int64_t)(tile->y0 / 2 + y) * coarse->stride + tile->x0 / 2;
         f->kernels->halve(fine->colour + from, fine->colour + from + fine->stride, coarse->colour + to, HALF);
-        for (int x = 0; x < HALF; x++) coarse->cache[to + x] = fine->cache[from + 2 * x];
+        const uint32_t *cache = fine->cache + from;
+        if (f->tracer->instances > 0)
+            for (int x = 0; x < HALF; x++) coarse->cache[to + x] = coarse_cache(cache + 2 * x, cache + fine->stride + 2 * x);
+        else
+            for (int x = 0; x < HALF; x++) coarse->cache[to + x] = cache[2 * x];
     }
 }

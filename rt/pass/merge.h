@@ -10,10 +10,11 @@ struct fv_merge {
     int count;
     uint32_t seed;              /* of the rounding's dither */
     float epsilon;              /* relative depth difference beyond which history is dropped */
-    const float *k;             /* 256: least weight of a new sample, by age */
+    const float *k;             /* FV_CACHE_OLDEST + 1: least weight of a new sample, by age */
     const uint32_t *sample;     /* colours */
     const float *inverse_depth; /* of the samples; FV_DEPTH_UNKNOWN: the sample says nothing */
     const float *nearest, *farthest; /* of the inverse depths at and around the pixels: silhouettes are a mean of both sides */
+    const int32_t *surface;     /* of the samples, enum fv_surface */
     const int32_t *replaced;    /* masks: what stands there is dropped */
     uint32_t *colour, *cache;   /* in: reprojected; out: merged, with FV_PIXEL_SAMPLED */
 };

@@ -15,11 +15,11 @@ void double_row(const uint32_t *near, const uint32_t *far, uint32_t *out, int n)
 /* Numbers in [0, 1) by lane. */
 static inline vf dither(int i, uint32_t seed)
 {
-    vi n = (vi_lanes() + i) * (int32_t)0x9e3779b1u + (int32_t)seed;
-    n ^= (n >> 15) & 0x1ffff;
-    n *= (int32_t)0x2c1b3c6du;
-    n ^= (n >> 12) & 0xfffff;
-    return vf_from((n >> 8) & 0xffff) * 0x1p-16f;
+    vu n = (vu)(vi_lanes() + i) * 0x9e3779b1u + seed;
+    n ^= n >> 15;
+    n *= 0x2c1b3c6du;
+    n ^= n >> 12;
+    return vf_from((vi)((n >> 8) & 0xffff)) * 0x1p-16f;
 }
 
 /* A channel's 0..1023 as linear light before tone mapping: the inverse of pixel_encode_channel. */
@@ -49,7 +49,9 @@ void merge(const struct fv_merge *m)
         vf w = vf_load(m->inverse_depth + i);
         vf rho = vf_from(cache_rho(cache));
         vi known = (w >= 0.0f) & (w <= FV_INVERSE_DEPTH_MAX);
-        vi same = (w <= vf_load(m->nearest + i) * (1 + m->epsilon)) & (w >= vf_load(m->farthest + i) * (1 - m->epsilon));
+        vi moving = ((vi_load(m->surface + i) & FV_SURFACE_OBJECT) != 0) & FV_CACHE_MOVING;
+        vi same = (w <= vf_load(m->nearest + i) * (1 + m->epsilon)) & (w >= vf_load(m->farthest + i) * (1 - m->epsilon)) &
+                  ((cache & FV_CACHE_MOVING) == moving);
         vi fresh = vi_load(m->replaced + i) | ~same | (rho < 1.0f) | ((colour & (int32_t)FV_PIXEL_FILLED) != 0);
         vf alpha = vf_max(1.0f / (rho + 1.0f), vf_gather(m->k, cache_age(cache)));
         alpha = vf_select(fresh, vf_of(1), alpha);
@@ -61,10 +63,10 @@ void merge(const struct fv_merge *m)
            b = vi_from(vf_clamp(blend(h.z, s.z, alpha) + noise, 0, 1023));
         vi mean = vi_select(fresh, sample, r | (g << 10) | (b << 20)) | (int32_t)FV_PIXEL_SAMPLED;
         vf worth = 1.0f / (alpha * alpha + rest * rest / vf_max(rho, vf_of(1)));
-        vi now = cache_of_depth(w) | (vi_from(vf_min(worth, vf_of(255)) + 0.5f) << 8);
+        vi now = cache_of_depth(w) | (vi_from(vf_min(worth, vf_of(255)) + 0.5f) << 8) | moving;
         /* A sample of unknown depth leaves what was reprojected, where that is anything. */
         vi leave = ~known & ~vi_load(m->replaced + i) & ((colour & (int32_t)FV_PIXEL_FILLED) == 0);
-        now = vi_select(known, now, vi_of((int32_t)(FV_CACHE_NONE | 255)));
+        now = vi_select(known, now, vi_of((int32_t)(FV_CACHE_NONE | FV_CACHE_OLDEST)));
         vi_store(m->colour + i, vi_select(leave, colour, mean));
         vi_store(m->cache + i, vi_select(leave, cache, now));
     }

@@ -101,7 +101,7 @@ struct fv_frame {
     float density_deg;           /* eccentricity beyond which tiles may be coarse */
     bool sharp;                  /* history is interpolated by cubics, not linearly */
     bool still;                  /* nothing moves: history is carried without loss, and all samples count alike */
-    float k[2][256];             /* least weight of a new sample, by age (pass/cache.h); [1]: where still */
+    float k[2][128];             /* least weight of a new sample, by age (pass/cache.h); [1]: where still */
     float jitter[2];             /* this frame's, of samples from the centre of their pixel, in pixels */
     float node[2];               /* this frame's places of support nodes in their cells, [0, 1) */
     struct fv_parameters parameters;

@@ -7,6 +7,7 @@
 #include "rt/pass/merge.h"
 
 #include <math.h>
+#include <string.h>
 
 /* The map between pictures, for rasters whose pixels are `scale` times as large. */
 static struct fv_map scaled(const struct fv_map *map, float scale)
@@ -28,10 +29,42 @@ static float node_depth(const struct fv_frame *f, const struct fv_tile *tile)
     return w >= 0 && w <= FV_INVERSE_DEPTH_MAX ? w : 0;
 }
 
+/* The map of what stands in the tile's middle. */
+static const struct fv_map *middle_map(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    int64_t node = (tile->y0 + FV_TILE / 2) / f->spacing * (f->stride / f->spacing) +
+                   (tile->x0 + FV_TILE / 2) / f->spacing;
+    int surface = ((const uint8_t *)f->buffer[FV_SUPPORT_SURFACE][tile->eye])[node];
+    return &f->object_map[tile->eye][surface & FV_SURFACE_OBJECT];
+}
+
 /* Where the picture's point (x, y) at inverse depth w was, in homogeneous pixels. */
 static void carry(const struct fv_map *map, float x, float y, float w, float to[3])
 {
     for (int i = 0; i < 3; i++) to[i] = map->m[i][0] * x + map->m[i][1] * y + map->m[i][2] + map->t[i] * w;
+}
+
+static int clamp(int64_t i, int count)
+{
+    return i < 0 ? 0 : i >= count ? count - 1 : (int)i;
+}
+
+/* The moving objects that nodes show in the tile and two cells around it, as far as the kernel goes. */
+static void take_objects(const struct fv_frame *f, const struct fv_tile *tile, struct fv_reproject_tile *t)
+{
+    int x0 = tile->x0 / f->spacing - 2, y0 = tile->y0 / f->spacing - 2, along = FV_TILE / f->spacing + 4;
+    uint32_t seen = 0;
+    for (int y = 0; y < along; y++)
+        for (int x = 0; x < along; x++) {
+            int64_t at = clamp(y0 + y, t->nodes_y) * t->support_stride + clamp(x0 + x, t->nodes_x);
+            seen |= 1u << (t->support_surface[at] & FV_SURFACE_OBJECT);
+        }
+    for (seen &= ~1u; seen && t->objects < FV_TILE_OBJECTS; seen &= seen - 1, t->objects++) {
+        t->object[t->objects] = (uint8_t)__builtin_ctz(seen);
+        int o = t->object[t->objects] - 1;
+        t->stirs |= memcmp(&f->object[o], &f->object_before[o], sizeof f->object[o]) != 0;
+        t->object_map[t->objects] = scaled(&f->object_map[tile->eye][t->object[t->objects]], t->raster->scale);
+    }
 }
 
 struct fv_reprojected fv_reproject(struct fv_frame *f, const struct fv_tile *tile)
@@ -41,6 +74,7 @@ struct fv_reprojected fv_reproject(struct fv_frame *f, const struct fv_tile *til
     float spacing = (float)side / raster->scale, to[3];
     struct fv_reproject_tile t = {
         .map = scaled(&f->map[e], raster->scale),
+        .moves = f->tracer->instances > 0,
         .raster = raster,
         .coarse = tile->density == FV_FINE && coarse->history_colour ? coarse : NULL,
         .x0 = tile->x0 >> tile->shift,
@@ -59,9 +93,10 @@ struct fv_reprojected fv_reproject(struct fv_frame *f, const struct fv_tile *til
         .epsilon_luminance = f->epsilon_luminance,
     };
     if (!f->has_history) t.map = (struct fv_map){0}; /* leads nowhere: all is filled from the support image */
+    else if (t.moves) take_objects(f, tile, &t);
     /* What was nearer by a factor was larger by the same. */
     t.middle = node_depth(f, tile);
-    carry(&f->map[e], (float)(tile->x0 + half), (float)(tile->y0 + half), t.middle, to);
+    carry(middle_map(f, tile), (float)(tile->x0 + half), (float)(tile->y0 + half), t.middle, to);
     t.footprint = to[2] > 0.125f ? 1 / to[2] : 8;
     f->kernels->reproject(&t);
     f->state[tile->index].reprojected = 1;
@@ -99,7 +134,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
 static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 {
     const struct fv_raster *raster = fv_tile_raster(f, tile), *coarse = &f->raster[FV_COARSE][tile->eye];
-    const struct fv_map *map = &f->map[tile->eye];
+    const struct fv_map *map = middle_map(f, tile);
     float x = (float)(tile->x0 + FV_TILE / 2), y = (float)(tile->y0 + FV_TILE / 2), to[3];
     int side = fv_tile_side(tile), x0 = tile->x0 >> tile->shift, y0 = tile->y0 >> tile->shift;
     if (f->failed_blocks) f->failed_blocks[tile->index] = 0;
@@ -123,7 +158,7 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
                 colour = coarse->history_colour[from], cache = coarse->history_cache[from];
             }
             raster->colour[at + column] = colour & FV_PIXEL_COLOUR;
-            raster->cache[at + column] = cache + ((cache & 255) < 255);
+            raster->cache[at + column] = cache + ((cache & FV_CACHE_OLDEST) < FV_CACHE_OLDEST);
         }
     }
     f->state[tile->index].reprojected = 1;

@@ -6,9 +6,16 @@
 
 #include "rt/pass/pass.h"
 
+/* Moving objects in one tile; what more there are is taken from the support image. */
+enum { FV_TILE_OBJECTS = 8 };
+
 /* One tile of one eye, as the kernel takes it. */
 struct fv_reproject_tile {
     struct fv_map map;               /* from the raster's pixels to those of its history */
+    bool moves, stirs;               /* something in the scene moves; something of the tile is elsewhere now */
+    int objects;                     /* that nodes in and around the tile show */
+    uint8_t object[FV_TILE_OBJECTS]; /* their numbers, and maps of what is fixed to them */
+    struct fv_map object_map[FV_TILE_OBJECTS];
     const struct fv_raster *raster;
     const struct fv_raster *coarse;  /* whose history is looked up where the raster's own fails; NULL: none */
     int x0, y0, side;                /* first pixel and pixels a side, in the raster */

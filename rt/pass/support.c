@@ -83,7 +83,9 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
         float depth;
         memcpy(&depth, &bits, sizeof depth);
         if (coarse->history_cache[at] >= FV_CACHE_NONE) depth = FV_DEPTH_UNKNOWN;
-        store(f, tile, &nodes, i, coarse->history_colour[at] & FV_PIXEL_COLOUR, depth, 0);
+        /* Whose motion it has is not kept. */
+        int surface = coarse->history_cache[at] & FV_CACHE_MOVING ? FV_SURFACE_VIEW : 0;
+        store(f, tile, &nodes, i, coarse->history_colour[at] & FV_PIXEL_COLOUR, depth, surface);
     }
 }
 
