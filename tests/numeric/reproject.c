@@ -109,7 +109,7 @@ static void fill(struct buffers *b, float w)
         struct pixels *r = &b->raster[d];
         for (uint32_t i = 0; i < (uint32_t)STRIDE * ROWS >> 2 * d; i++) {
             r->history_colour[i] = noise(i + 7919 * (uint32_t)d);
-            r->history_cache[i] = word(w) | (noise(i + 31) & 0xffff);
+            r->history_cache[i] = word(w) | (noise(i + 31) & 0xffff & ~(uint32_t)FV_CACHE_MOVING);
             r->colour[i] = 0x3fffffff;
             r->cache[i] = 0xff000000;
         }
@@ -169,7 +169,7 @@ static void check_pixel(uint32_t colour, uint32_t cache, int x, int y)
         fail_msg("cache %08x at %d %d", cache, x, y);
     assert_true(!(colour & FV_PIXEL_SAMPLED));
     /* What was filled counts for nothing. */
-    if (colour & FV_PIXEL_FILLED) assert_int_equal(cache & 0xffff, 255);
+    if (colour & FV_PIXEL_FILLED) assert_int_equal(cache & 0xffff, FV_CACHE_OLDEST);
 }
 
 /* All tiles; returns how many pixels inside the picture found no history. */
@@ -230,11 +230,11 @@ static void equal_poses_copy(void **state)
                 for (int y = 0; y < of_raster(HEIGHT, mode); y++)
                     for (int x = 0; x < of_raster(WIDTH, mode); x++) {
                         int i = y * of_raster(STRIDE, mode) + x;
-                        uint32_t was = r->history_cache[i], age = was & 255;
+                        uint32_t was = r->history_cache[i], age = was & FV_CACHE_OLDEST;
                         if (r->colour[i] != (r->history_colour[i] & 0x3fffffff))
                             fail_msg("pose %d, depth %g, mode %d: %d %d: %08x from %08x", p, (double)depth, mode, x, y,
                                      r->colour[i], r->history_colour[i]);
-                        if (r->cache[i] != was + (age < 255))
+                        if (r->cache[i] != was + (age < FV_CACHE_OLDEST))
                             fail_msg("pose %d, depth %g, mode %d: %d %d: cache %08x from %08x", p, (double)depth, mode, x,
                                      y, r->cache[i], was);
                     }
