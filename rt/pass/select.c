@@ -1,5 +1,5 @@
 /* select: how dense a tile is, and which of its blocks are sampled: those whose blue-noise threshold lies
- * below the foveal function at their nearest point. Most tiles lie wholly inside r0 or beyond r1, where the
+ * below the foveal function at their centre; all that r0 touches. Most tiles lie wholly inside r0 or beyond r1, where the
  * function is constant; only between is it evaluated block by block. */
 #include "rt/pass/cache.h"
 
@@ -40,10 +40,11 @@ static int run(struct fv_frame *f, const struct fv_tile *at)
     }
     for (uint64_t left = inside; left; left &= left - 1) {
         int block = __builtin_ctzll(left);
-        /* At the block's nearest point: a block that r0 touches is sampled whole. */
-        if (!constant)
-            p = fv_block_probability(f, fv_foveal_probability(foveal, fv_tile_nearest_deg(f, &tile, block)),
-                                     tile.density, f->spacing);
+        if (!constant) {
+            float e = fv_tile_eccentricity_deg(f, &tile, block);
+            bool touched = e - fv_radius_deg(view, (float)(FV_BLOCK << tile.shift)) <= foveal->r0_deg;
+            p = touched ? 1 : fv_block_probability(f, fv_foveal_probability(foveal, e), tile.density, f->spacing);
+        }
         mask |= (uint64_t)(fv_tile_threshold(f, &tile, block) < p) << block;
     }
     *selected = mask;
