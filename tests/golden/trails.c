@@ -5,7 +5,7 @@
 #include "tests/support/random.h"
 #include "tests/support/small_scene.h"
 
-enum { SIDE = 384, FRAMES = 24, JUDGED = 8, PIXELS = SIDE * SIDE };
+enum { SIDE = 384, FRAMES = 14, JUDGED = 8, PIXELS = SIDE * SIDE };
 enum { REST, TRAIL, BODY, REGIONS };
 
 static struct fv_workers workers;
