@@ -3,7 +3,10 @@
 
 #include "rt/pass/cache.h"
 
-enum { BLOCK_PIXELS = FV_BLOCK * FV_BLOCK };
+enum {
+    BLOCK_PIXELS = FV_BLOCK * FV_BLOCK,
+    REACH = 3 /* of the filters that interpolate history, in pixels beyond a tile */
+};
 
 static void merge(struct fv_frame *f, const struct fv_tile *tile, int count, const uint32_t *sample,
                   const float *inverse_depth, const int32_t *surface)
@@ -104,11 +107,36 @@ static uint32_t coarse_cache(const uint32_t *upper, const uint32_t *lower)
     return differ & FV_CACHE_MOVING ? FV_CACHE_NONE | (upper[0] & 0xffff) : upper[0];
 }
 
+/* Of a coarse tile, into the fine raster: what lies next to the fine tile that is dx to the right and dy below. */
+static void border(struct fv_frame *f, const struct fv_tile *tile, int dx, int dy)
+{
+    const struct fv_raster *fine = &f->raster[FV_FINE][tile->eye], *coarse = &f->raster[FV_COARSE][tile->eye];
+    int left = dx > 0 ? FV_TILE - REACH : 0, right = dx < 0 ? REACH : FV_TILE;
+    int top = dy > 0 ? FV_TILE - REACH : 0, bottom = dy < 0 ? REACH : FV_TILE;
+    for (int y = tile->y0 + top; y < tile->y0 + bottom; y++)
+        for (int x = tile->x0 + left; x < tile->x0 + right; x++)
+            fine->colour[y * fine->stride + x] = coarse->colour[y / 2 * coarse->stride + x / 2] & FV_PIXEL_COLOUR;
+}
+
+static void borders(struct fv_frame *f, const struct fv_tile *tile)
+{
+    int column = tile->x0 / FV_TILE, row = tile->y0 / FV_TILE;
+    for (int dy = -1; dy <= 1; dy++)
+        for (int dx = -1; dx <= 1; dx++) {
+            bool there = column + dx >= 0 && column + dx < f->tiles_x && row + dy >= 0 && row + dy < f->tiles_y;
+            if (there && f->state[tile->index + dy * f->tiles_x + dx].density == FV_FINE) border(f, tile, dx, dy);
+        }
+}
+
 void fv_merge_coarse(struct fv_frame *f, const struct fv_tile *tile)
 {
     const struct fv_raster *fine = &f->raster[FV_FINE][tile->eye], *coarse = &f->raster[FV_COARSE][tile->eye];
     enum { HALF = FV_TILE / 2 };
-    if (!coarse->colour || tile->density == FV_COARSE) return;
+    if (!coarse->colour) return;
+    if (tile->density == FV_COARSE) {
+        borders(f, tile);
+        return;
+    }
     for (int y = 0; y < HALF; y++) {
         int64_t from = (int64_t)(tile->y0 + 2 * y) * fine->stride + tile->x0;
         int64_t to = (int64_t)(tile->y0 / 2 + y) * coarse->stride + tile->x0 / 2;

@@ -26,7 +26,8 @@ void fv_merge_blocks(struct fv_frame *frame, const struct fv_tile *tile, uint64_
 /* The support image's nodes that lie in the tile, each into its pixel. */
 void fv_merge_nodes(struct fv_frame *frame, const struct fv_tile *tile);
 
-/* A fine tile into the coarse raster. */
+/* A fine tile into the coarse raster, or the borders that a coarse tile has with fine ones into the fine raster:
+ * colours that these tiles' history is interpolated with. */
 void fv_merge_coarse(struct fv_frame *frame, const struct fv_tile *tile);
 
 #endif

@@ -22,20 +22,11 @@ static inline vf dither(int i, uint32_t seed)
     return vf_from((vi)((n >> 8) & 0xffff)) * 0x1p-16f;
 }
 
-/* A channel's 0..1023 as linear light before tone mapping: the inverse of pixel_encode_channel. */
-static inline vf decode_channel(vf encoded)
-{
-    vf e = encoded * (1 / 1023.0f);
-    vf y = vf_select(e < 0.04045f, e * (1 / 12.92f), vf_exp2(2.4f * vf_log2(vf_max((e + 0.055f) * (1 / 1.055f), vf_of(1e-3f)))));
-    vf a = 2.51f - 2.43f * y, b = 0.59f * y - 0.03f;
-    return (b + vf_sqrt(b * b + 0.56f * a * y)) / (2.0f * a);
-}
-
 /* history moved towards the sample by alpha of the way in linear light, both encoded. What is added is a
  * difference of encodings, so that decoding need not be their exact inverse. */
 static inline vf blend(vf history, vf sample, vf alpha)
 {
-    vf h = decode_channel(history), s = decode_channel(sample);
+    vf h = pixel_decode_channel(history * (1 / 1023.0f)), s = pixel_decode_channel(sample * (1 / 1023.0f));
     return history + 1023.0f * (pixel_encode_channel(h + alpha * (s - h)) - pixel_encode_channel(h));
 }
 

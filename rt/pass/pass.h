@@ -7,7 +7,8 @@
  *
  * Far from the gaze tiles are coarse: kept at half the density, as 16 x 16 pixels twice as large, in 4 x 4
  * blocks, in a raster of their own. That raster also holds the fine tiles, halved, so that it always is the
- * whole picture; the fine raster holds fine tiles only, and no history (FV_CACHE_NONE) elsewhere. */
+ * whole picture; the fine raster holds fine tiles and the colours next to them, and no history (FV_CACHE_NONE)
+ * elsewhere. */
 #ifndef FV_PASS_PASS_H
 #define FV_PASS_PASS_H
 

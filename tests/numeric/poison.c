@@ -267,7 +267,10 @@ static const struct place {
               {"coarse support depth", true, FV_SUPPORT_DEPTH, 2, 12, 2, false, MUST},
               {"coarse cache", true, FV_COARSE_CACHE, 3, 50, 11, false, MUST},
               {"coarse cache, last row", true, FV_COARSE_CACHE, 3, WIDTH / 2 - 5, HEIGHT / 2 - 1, true, MUST},
-              {"fine history of a coarse tile", true, FV_HISTORY_COLOUR, 0, 100, 22, false, NEVER}};
+              {"fine history of a coarse tile", true, FV_HISTORY_COLOUR, 0, 100, 22, false, NEVER},
+              {"the same, beside a fine tile", true, FV_COLOUR, 2, 96, 22, false, NEVER},
+              {"the same, within its filter's reach", true, FV_COLOUR, 2, 97, 22, false, NEVER},
+              {"the same, above a fine tile", true, FV_COLOUR, 2, 100, 31, false, NEVER}};
 enum { PLACES = sizeof places / sizeof *places };
 
 /* Returns whether the poison showed. */
