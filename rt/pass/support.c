@@ -5,6 +5,10 @@
 
 #include <string.h>
 
+/* A quarter of the rays to area lights and for ambient occlusion: nodes' light is interpolated where it is shown,
+ * and elsewhere one sample among many. */
+enum { FEWER = 4 };
+
 /* Nodes of a tile: side x side, in packets of 4 x 4. At 16 pixels a tile has fewer than a packet: one
  * tile in four then takes its neighbours' to the right and below with its own. */
 struct nodes {
@@ -57,7 +61,9 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
         samples->x[i] = (float)tile->x0 + ((float)x + f->node[0]) * (float)f->spacing;
         samples->y[i] = (float)tile->y0 + ((float)y + f->node[1]) * (float)f->spacing;
     }
+    samples->fewer = FEWER;
     f->kernels->trace(f->tracer, &f->view[tile->eye], samples, (uint32_t)f->number, s->rays);
+    samples->fewer = 0;
     f->kernels->encode(samples->red, samples->green, samples->blue, f->tracer->data->exposure, s->pixel,
                        samples->count);
     for (int i = 0; i < samples->count; i++)

@@ -13,6 +13,7 @@
 struct shading {
     const struct fv_tracer *tracer;
     vf random1, random2; /* in [0, 1), one a lane */
+    int fewer;           /* struct fv_samples */
     int64_t *rays;       /* by enum fv_ray_kind */
 };
 

@@ -22,11 +22,19 @@ static inline void place_sample(const struct shading *shading, int i, int n, vf 
     *b = (v - vf_floor(v) + column) / across;
 }
 
+/* How many rays are traced where the settings say n. */
+static inline int samples_of(const struct shading *shading, int n)
+{
+    enum { LEAST = 4 };
+    if (shading->fewer <= 1 || n <= LEAST) return n;
+    return n / shading->fewer > LEAST ? n / shading->fewer : LEAST;
+}
+
 /* Adds an area light's irradiance / pi to `light` and what it puts into highlights to the lit sum. A call:
  * inlined, it takes registers from scenes without area lights. */
 static __attribute__((noinline)) void add_area(struct lit *lit, const struct fv_light *source, vf3 *light)
 {
-    int n = lit->shading->tracer->area_spp;
+    int n = samples_of(lit->shading, lit->shading->tracer->area_spp);
     const struct surface *s = lit->surface;
     vf3 u = vf3_of(source->u), v = vf3_of(source->v), corner = vf3_of(source->position);
     vf3 face = {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x}; /* length: area */
@@ -82,7 +90,7 @@ static __attribute__((noinline)) vf unoccluded(const struct lit *lit)
 {
     const struct fv_tracer *tracer = lit->shading->tracer;
     const struct surface *s = lit->surface;
-    int n = tracer->ao_spp;
+    int n = samples_of(lit->shading, tracer->ao_spp);
     vf3 across, along;
     vf open = vf_of(0), a, b, sine, cosine, far = vf_of(tracer->ao_radius);
     basis(s->normal, &across, &along);

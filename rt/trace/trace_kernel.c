@@ -190,7 +190,7 @@ static vf3 axis_of(const struct fv_view *view)
 void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
                    uint32_t seed, int64_t *rays)
 {
-    struct shading shading = {.tracer = tracer, .rays = rays};
+    struct shading shading = {.tracer = tracer, .rays = rays, .fewer = samples->fewer};
     int64_t counted = rays[FV_RAY_PRIMARY] + samples->count;
     uint32_t sampled = tracer->data->features & FV_FEATURES & FV_SCENE_STOCHASTIC;
     bool split = sampled && samples->split;

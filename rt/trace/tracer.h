@@ -44,6 +44,7 @@ struct fv_samples {
      * Out, only where asked for in a scene with FV_SCENE_STOCHASTIC: diffuse reflectance, in [0, 1], and
      * irradiance / pi, in [0, FV_RADIANCE_MAX]. Highlights of area lights stay in red, green and blue. */
     bool split;
+    int fewer; /* in: sampled light takes this part of the settings' rays, 4 at least; 0 is 1: all */
     _Alignas(64) float albedo_red[FV_SAMPLES_MAX], albedo_green[FV_SAMPLES_MAX], albedo_blue[FV_SAMPLES_MAX];
     _Alignas(64) float light_red[FV_SAMPLES_MAX], light_green[FV_SAMPLES_MAX], light_blue[FV_SAMPLES_MAX];
 };

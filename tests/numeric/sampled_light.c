@@ -191,6 +191,32 @@ static void occlusion_at_any_size(void **state)
         }
 }
 
+/* Fewer rays where a list asks for that, but four at least, and never more than the settings say. */
+static void fewer_rays(void **state)
+{
+    (void)state;
+    static struct small_scene s;
+    static struct fv_samples samples;
+    static const struct {
+        int spp, fewer, rays;
+    } cases[] = {{16, 0, 16}, {16, 1, 16}, {16, 4, 4}, {64, 4, 16}, {8, 4, 4}, {4, 4, 4}, {3, 4, 3}, {1, 64, 1}, {21, 2, 10}};
+    struct corner alone = {"alone", 1, {0}, 1};
+    struct fv_view view = small_view(origin, no_turn, 20, 256);
+    open_corner(&s, &alone);
+    small_grid(&samples, &view);
+    FOR_EACH_ISA for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++)
+    {
+        int64_t rays[FV_RAY_KINDS] = {0};
+        s.tracer.ao_spp = cases[k].spp;
+        samples.fewer = cases[k].fewer;
+        fv_kernels((enum fv_isa)isa)->trace(&s.tracer, &view, &samples, 0, rays);
+        assert_int_equal(rays[FV_RAY_SHADOW], 1024 * cases[k].rays);
+        for (int i = 0; i < 1024; i++) assert_true(fabsf(samples.red[i] - 0.8f) < 1e-5f);
+    }
+    samples.fewer = 0;
+    fv_tracer_close(&s.tracer);
+}
+
 /* Nothing is hit: no ray, no light, no albedo. */
 static void nothing_there(void **state)
 {
@@ -319,7 +345,7 @@ static void codes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(cells_cover_the_square), cmocka_unit_test(turns_and_bases),
-                                       cmocka_unit_test(occlusion), cmocka_unit_test(occlusion_at_any_size),
+                                       cmocka_unit_test(occlusion), cmocka_unit_test(occlusion_at_any_size), cmocka_unit_test(fewer_rays),
                                        cmocka_unit_test(nothing_there), cmocka_unit_test(parts_are_the_whole),
                                        cmocka_unit_test(codes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
