@@ -41,7 +41,7 @@ int fv_flight_at(const struct fv_flight *f, int n)
 /* Counted frames that full is rendered beside: every so many. */
 static bool is_beside(const struct fv_flight *f, int n)
 {
-    int every = f->frames / FV_FLIGHT_FULL;
+    int every = f->frames / (f->full > 0 ? f->full : FV_FLIGHT_FULL);
     return every < 2 || n % every == every / 2;
 }
 

@@ -26,6 +26,7 @@ struct fv_flight_side {
 struct fv_flight {
     int frames, path_frames, sides;
     struct fv_flight_side side[FV_FLIGHT_SIDES];
+    int full;        /* counted frames that full is rendered beside, about; 0: FV_FLIGHT_FULL */
     int fulls;       /* records of side 0 */
     int *beside;     /* the counted frame that each of them is of */
     double *scratch; /* for order statistics */

@@ -15,6 +15,7 @@ static void merge(struct fv_frame *f, const struct fv_tile *tile, int count, con
     const struct fv_merge m = {.count = count,
                                .seed = (uint32_t)f->number * 0x85ebca6bu + (uint32_t)tile->index * 0xc2b2ae35u,
                                .epsilon = f->epsilon_depth,
+                               .still = f->still,
                                .k = f->k[f->still],
                                .sample = sample,
                                .inverse_depth = inverse_depth,

@@ -10,6 +10,7 @@ struct fv_merge {
     int count;
     uint32_t seed;              /* of the rounding's dither */
     float epsilon;              /* relative depth difference beyond which history is dropped */
+    bool still;                 /* nothing moves: history is the pixel's own, and edges become a mean of both sides */
     const float *k;             /* FV_CACHE_OLDEST + 1: least weight of a new sample, by age */
     const uint32_t *sample;     /* colours */
     const float *inverse_depth; /* of the samples; FV_DEPTH_UNKNOWN: the sample says nothing */

@@ -41,8 +41,9 @@ void merge(const struct fv_merge *m)
         vf rho = vf_from(cache_rho(cache));
         vi known = (w >= 0.0f) & (w <= FV_INVERSE_DEPTH_MAX);
         vi moving = ((vi_load(m->surface + i) & FV_SURFACE_OBJECT) != 0) & FV_CACHE_MOVING;
-        vi same = (w <= vf_load(m->nearest + i) * (1 + m->epsilon)) & (w >= vf_load(m->farthest + i) * (1 - m->epsilon)) &
-                  ((cache & FV_CACHE_MOVING) == moving);
+        vi same = vi_of(-(int32_t)m->still);
+        same |= (w <= vf_load(m->nearest + i) * (1 + m->epsilon)) & (w >= vf_load(m->farthest + i) * (1 - m->epsilon)) &
+                ((cache & FV_CACHE_MOVING) == moving);
         vi fresh = vi_load(m->replaced + i) | ~same | (rho < 1.0f) | ((colour & (int32_t)FV_PIXEL_FILLED) != 0);
         vf alpha = vf_max(1.0f / (rho + 1.0f), vf_gather(m->k, cache_age(cache)));
         alpha = vf_select(fresh, vf_of(1), alpha);

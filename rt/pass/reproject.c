@@ -90,6 +90,7 @@ struct fv_reprojected fv_reproject(struct fv_frame *f, const struct fv_tile *til
         .support_depth = f->buffer[FV_SUPPORT_DEPTH][e],
         .support_surface = f->buffer[FV_SUPPORT_SURFACE][e],
         .epsilon = f->epsilon_depth,
+        .still = f->still,
         .epsilon_luminance = f->epsilon_luminance,
     };
     if (!f->has_history) t.map = (struct fv_map){0}; /* leads nowhere: all is filled from the support image */

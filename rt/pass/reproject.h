@@ -29,6 +29,7 @@ struct fv_reproject_tile {
     const float *support_depth;
     const uint8_t *support_surface;
     float epsilon;                   /* relative depth difference that still is the same surface */
+    bool still;                      /* nothing moves: history is the pixel's own, whatever a node's depth says */
     float epsilon_luminance;         /* step between nodes that marks the pixels between them, of full scale 1 */
     uint64_t marked; /* out: blocks that lie between nodes of different depth or luminance, or at grazing ones */
     uint64_t failed; /* out: blocks in which a quarter of the pixels found no history */

@@ -45,6 +45,7 @@ static inline struct place look_up(const struct fv_reproject_tile *t, const stru
     /* Nor where there is none: nothing holds of what is no number. */
     p.good = inside & (vf_abs(p.history_w - expected) <= t->epsilon * nearer) &
              ((p.cache & FV_CACHE_MOVING) == s->moving);
+    p.good |= inside & (vi_of(-(int32_t)t->still) & (p.history_w >= 0.0f));
     return p;
 }
 
@@ -176,7 +177,7 @@ static inline struct place find(const struct fv_reproject_tile *t, const struct 
     vi edge = (v->nearest - v->farthest > 4.0f * t->epsilon * v->nearest) | v->mixed;
     if (vi_any(edge | ~best.good)) try_others(t, s, v->along, v->nearest, v->farthest, edge, &best);
     best.good &= v->here;
-    best.w = vf_select(edge & best.good, history_surface(s, v->along, &best), best.w);
+    best.w = vf_select((edge | vi_of(-(int32_t)t->still)) & best.good, history_surface(s, v->along, &best), best.w);
     return best;
 }
 

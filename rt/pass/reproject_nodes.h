@@ -78,7 +78,7 @@ static void take_cells(const struct fv_reproject_tile *t, const struct nodes *n,
         float bright = larger(larger(c[0], c[1]), larger(d[0], d[1]));
         float dark = smaller(smaller(c[0], c[1]), smaller(d[0], d[1]));
         int surface = s[0] | s[1] | u[0] | u[1], differ = (s[0] ^ s[1]) | (s[0] ^ u[0]) | (s[0] ^ u[1]);
-        bool bent = surface & FV_SURFACE_VIEW;
+        bool bent = (surface & FV_SURFACE_VIEW) && !t->still;
         cells->nearest[i] = high;
         cells->farthest[i] = low;
         cells->mixed[i] = -((differ & FV_SURFACE_OBJECT) != 0);
