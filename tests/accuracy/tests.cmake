@@ -1,0 +1,1 @@
+fv_test(accuracy reproject platform)
