@@ -76,16 +76,17 @@ void fv_merge_nodes(struct fv_frame *f, const struct fv_tile *tile)
     _Alignas(64) float inverse_depth[FV_TILE / 4 * FV_TILE / 4];
     _Alignas(64) int32_t surface[FV_TILE / 4 * FV_TILE / 4];
     int64_t at[FV_TILE / 4 * FV_TILE / 4];
+    /* In a cell; exact, spacing being a power of two, and so below it. */
+    int node_x = (int)(f->node[0] * (float)f->spacing), node_y = (int)(f->node[1] * (float)f->spacing);
     int side = FV_TILE / f->spacing, n = 0;
     take_bounds(f, tile);
     for (int y = 0; y < side; y++)
         for (int x = 0; x < side; x++, n++) {
             int64_t node = (tile->y0 / f->spacing + y) * (f->stride / f->spacing) + tile->x0 / f->spacing + x;
-            int column = (int)(((float)x + f->node[0]) * (float)f->spacing) >> tile->shift;
-            int row = (int)(((float)y + f->node[1]) * (float)f->spacing) >> tile->shift;
+            int column = (x * f->spacing + node_x) >> tile->shift, row = (y * f->spacing + node_y) >> tile->shift;
             at[n] = fv_tile_row(f, tile, row) + column;
             sample[n] = colour[node];
-            inverse_depth[n] = depth[node];
+            inverse_depth[n] = seen[node] & FV_SURFACE_OLD ? FV_DEPTH_UNKNOWN : depth[node];
             surface[n] = seen[node];
             s->merged_colour[n] = raster->colour[at[n]];
             s->merged_cache[n] = raster->cache[at[n]];

@@ -65,7 +65,7 @@ void merge(const struct fv_merge *m)
 }
 
 /* The inverse depths of a tile's pixels and the eight around each, as far as they lie in the tile: others are
- * being written. Where none is known, -1. */
+ * being written. Where none is known, one that none is within. */
 void bounds(const uint32_t *cache, int64_t stride, int side, float *nearest, float *farthest)
 {
     _Alignas(64) float high[FV_TILE][FV_TILE + 2 * FV_WIDTH], low[FV_TILE][FV_TILE + 2 * FV_WIDTH];

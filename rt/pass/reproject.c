@@ -120,7 +120,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     s->marked += __builtin_popcountll(r.marked);
     s->failed += __builtin_popcountll(r.failed);
     if (f->failed_blocks) f->failed_blocks[tile->index] = (uint8_t)__builtin_popcountll(r.failed);
-    float p = f->resample * fv_block_probability(f, f->parameters.foveal.p_min, tile->density, f->spacing);
+    float p = fv_resample_probability(f, &f->parameters, tile->density);
     *resampled = r.failed;
     for (; r.marked; r.marked &= r.marked - 1) {
         int block = __builtin_ctzll(r.marked);
@@ -169,7 +169,8 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 static void expect(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings,
                    double units[2])
 {
-    float radius_deg = fv_radius_deg(&f->view[0], FV_TILE), coarse_deg = fv_coarse_deg(f, p) + radius_deg;
+    float radius_deg = fv_radius_deg(&f->view[0], FV_TILE);
+    float coarse_deg = fv_coarse_deg(f, p) + radius_deg + fv_radius_deg(&f->view[0], 2 * FV_BLOCK);
     if (!f->has_history || (p->foveal.p_min >= 1 && !f->keep)) return;
     for (int d = 0; d < FV_DEGREES; d++) {
         float e = (float)d + 0.5f;
@@ -178,10 +179,14 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
     }
 }
 
-double fv_reproject_share(const struct fv_frame *f, float p)
+float fv_resample_probability(const struct fv_frame *f, const struct fv_parameters *p, int density)
 {
-    float at_marked = fminf(1, f->resample * p);
-    p += f->marked_share * fmaxf(0, at_marked - p);
+    return fv_block_probability(f, fminf(1, f->resample * p->foveal.p_min), density, p->spacing);
+}
+
+double fv_reproject_share(const struct fv_frame *f, float p, float p_marked)
+{
+    p += f->marked_share * fmaxf(0, p_marked - p);
     return (double)(p + f->failed_share * (1 - p));
 }
 

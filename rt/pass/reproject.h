@@ -43,8 +43,12 @@ struct fv_reprojected {
 /* One tile, whatever was selected of it; from the support image alone where there is no history. */
 struct fv_reprojected fv_reproject(struct fv_frame *frame, const struct fv_tile *tile);
 
-/* The share of reprojected blocks that is sampled in the end, where p of their raster's pixels are, going by
- * the marks and failures of the frame before. */
-double fv_reproject_share(const struct fv_frame *frame, float p);
+/* The probability of marked blocks beyond r1, with these parameters: that of method.resample times p_min. Nearer
+ * to the gaze others are sampled as often. */
+float fv_resample_probability(const struct fv_frame *frame, const struct fv_parameters *parameters, int density);
+
+/* The share of reprojected blocks that is sampled in the end, where p of them are chosen and p_marked of those
+ * that are marked, going by the marks and failures of the frame before. */
+double fv_reproject_share(const struct fv_frame *frame, float p, float p_marked);
 
 #endif

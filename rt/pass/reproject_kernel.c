@@ -278,15 +278,17 @@ static __attribute__((noinline)) unsigned carry_layers(const struct fv_reproject
         prefer(&other, &p);
     }
     vf3 colour = history_colour(t, own, &best);
+    vi outline = t->stirs ? at_outline(own, &best, 1) : vi_of(0);
     other.good &= ~best.good;
     if (vi_any(other.good)) {
+        if (t->stirs) outline |= other.good & at_outline(coarse, &other, 1);
         colour = vf3_select(other.good, history_colour(t, coarse, &other), colour);
         prefer(&best, &other);
     }
     all->moving = table_mask(cells->moving, i);
     unsigned filled = finish(t, all, &best, colour);
     /* Nothing is left to chance along outlines: one that moves by less than a pixel a frame would stand. */
-    if (t->stirs) all->bent |= ~best.good | at_outline(own, &best, 1);
+    if (t->stirs) all->bent |= ~best.good | outline;
     return filled;
 }
 

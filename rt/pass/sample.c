@@ -40,7 +40,8 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
                    double units[2])
 {
     double all = 0, whole = 0, sparse = 0;
-    float radius_deg = fv_radius_deg(&f->view[0], FV_TILE), coarse_deg = fv_coarse_deg(f, p) + radius_deg;
+    float radius_deg = fv_radius_deg(&f->view[0], FV_TILE);
+    float coarse_deg = fv_coarse_deg(f, p) + radius_deg + fv_radius_deg(&f->view[0], 2 * FV_BLOCK);
     for (int d = 0; d < FV_DEGREES; d++) {
         float e = (float)d + 0.5f;
         int density = e > coarse_deg ? FV_COARSE : FV_FINE;
@@ -48,7 +49,7 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
         float share = fv_block_probability(f, fv_foveal_probability(&p->foveal, e), density, p->spacing);
         all += pixels;
         if (e <= p->foveal.r0_deg - radius_deg) whole += (double)rings->tiles[d] * FV_TILE * FV_TILE;
-        sparse += pixels * fv_reproject_share(f, share);
+        sparse += pixels * fv_reproject_share(f, share, fv_resample_probability(f, p, density));
     }
     if (!f->has_history || p->foveal.p_min >= 1) whole = all;
     whole = whole < all ? whole : all;
@@ -59,7 +60,9 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
 
 const struct fv_pass fv_pass_sample = {
     .name = "sample",
-    .reads = FV_BIT(FV_SELECTED) | FV_BIT(FV_RESAMPLED) | FV_BIT(FV_COLOUR) | FV_BIT(FV_CACHE) |
+    .reads = FV_BIT(FV_HISTORY_COLOUR) | FV_BIT(FV_HISTORY_CACHE) | FV_BIT(FV_COARSE_HISTORY_COLOUR) |
+             FV_BIT(FV_COARSE_HISTORY_CACHE) | FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH) |
+             FV_BIT(FV_SUPPORT_SURFACE) | FV_BIT(FV_SELECTED) | FV_BIT(FV_RESAMPLED) | FV_BIT(FV_COLOUR) | FV_BIT(FV_CACHE) |
              FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSE_CACHE),
     .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_CACHE) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSE_CACHE),
     .needs = FV_NEEDS_GAZE,

@@ -59,4 +59,4 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
 }
 
 const struct fv_pass fv_pass_select = {
-    .name = "select", .writes = FV_BIT(FV_SELECTED), .needs = FV_NEEDS_GAZE | FV_NEEDS_NOISE, .run = run, .expect = expect};
+    .name = "select", .writes = FV_BIT(FV_SELECTED) | FV_BIT(FV_CACHE), .needs = FV_NEEDS_GAZE | FV_NEEDS_NOISE, .run = run, .expect = expect};

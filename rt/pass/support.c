@@ -90,7 +90,7 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
         memcpy(&depth, &bits, sizeof depth);
         if (coarse->history_cache[at] >= FV_CACHE_NONE) depth = FV_DEPTH_UNKNOWN;
         /* Whose motion it has is not kept. */
-        int surface = coarse->history_cache[at] & FV_CACHE_MOVING ? FV_SURFACE_VIEW : 0;
+        int surface = coarse->history_cache[at] & FV_CACHE_MOVING ? FV_SURFACE_VIEW | FV_SURFACE_OLD : FV_SURFACE_OLD;
         store(f, tile, &nodes, i, coarse->history_colour[at] & FV_PIXEL_COLOUR, depth, surface);
     }
 }

@@ -26,7 +26,8 @@ enum { FV_SAMPLES_MAX = 1024 };
 enum fv_surface {
     FV_SURFACE_OBJECT = 31,
     FV_SURFACE_GRAZING = 32, /* seen at a grazing angle: cosine to the optical axis below method.epsilon_grazing */
-    FV_SURFACE_VIEW = 64     /* what it shows moves otherwise than it does itself: a bent mirror, glass */
+    FV_SURFACE_VIEW = 64,    /* what it shows moves otherwise than it does itself: a bent mirror, glass */
+    FV_SURFACE_OLD = 128     /* of a support node: not traced in this frame */
 };
 
 struct fv_samples {

@@ -107,7 +107,7 @@ static int sample_tile(struct fv_frame *f, const struct fv_tile *tile)
     int pixels = fv_tile_side(tile) * fv_tile_side(tile);
     float share = fv_foveal_probability(&f->parameters.foveal, eccentricity_deg(tile));
     share = fv_block_probability(f, share, tile->density, f->spacing);
-    double came = pixels * fv_reproject_share(f, share) * m.came;
+    double came = pixels * fv_reproject_share(f, share, fv_resample_probability(f, &f->parameters, tile->density)) * m.came;
     double price = p->rays * p->wrong[f->parameters.spp];
     if (whole(f, tile)) return work(3, pixels, plant_dense_ns * price);
     int units = (int)(came + plant_chance());
