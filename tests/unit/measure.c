@@ -177,9 +177,13 @@ static void shares_are_joined(void **state)
     /* Too little time: the dearest levels are left out, the others measured with fewer frames. */
     r = program("measure " SMALL "--seconds 0.01 --out hasty");
     assert_int_equal(r.code, 0);
-    assert_non_null(strstr(r.errors, "3 rows would take too long"));
+    /* How many depends on the machine's mood. */
+    const char *said = strstr(r.errors, " rows would take too long");
+    assert_non_null(said);
+    while (said > r.errors && said[-1] >= '0' && said[-1] <= '9') said--;
+    assert_true(atoi(said) >= 3);
     slurp("hasty/measure.csv", part, sizeof part);
-    assert_int_equal(lines(part), 1 + whole_sweep() - 3);
+    assert_int_equal(lines(part), 1 + whole_sweep() - atoi(said));
     r = program("measure --merge part1 different --out joined3");
     assert_int_equal(r.code, 2);
     assert_non_null(strstr(r.errors, "different versions or settings"));
