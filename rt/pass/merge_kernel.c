@@ -105,20 +105,48 @@ void halve(const uint32_t *upper, const uint32_t *lower, uint32_t *out, int n)
     }
 }
 
+/* Red and blue of pixels in the halves of words, where sums of sixteen still fit, and green in words. */
+struct split {
+    vi red_blue, green;
+};
+
+/* Three of the near row's and one of the far one's. */
+static inline struct split mix(const uint32_t *near, const uint32_t *far)
+{
+    vi n = vi_load(near), f = vi_load(far);
+    vi n2 = (n & 1023) | ((n >> 4) & 0x03ff0000), f2 = (f & 1023) | ((f >> 4) & 0x03ff0000);
+    return (struct split){3 * n2 + f2, 3 * ((n >> 10) & 1023) + ((f >> 10) & 1023)};
+}
+
+/* A sixteenth of `side` + 3 `middle`, rounded. */
+static inline vi mean_of(const struct split *side, const struct split *middle)
+{
+    vi two = side->red_blue + 3 * middle->red_blue + 0x00080008, one = side->green + 3 * middle->green + 8;
+    return ((two >> 4) & 1023) | (two & 0x3ff00000) | ((one >> 4) << 10);
+}
+
+static inline void store_alternating(uint32_t *out, vi even, vi odd)
+{
+#if FV_WIDTH == 16
+    vi_store(out, __builtin_shufflevector(even, odd, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23));
+    vi_store(out + 16, __builtin_shufflevector(even, odd, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31));
+#elif FV_WIDTH == 8
+    vi_store(out, __builtin_shufflevector(even, odd, 0, 8, 1, 9, 2, 10, 3, 11));
+    vi_store(out + 8, __builtin_shufflevector(even, odd, 4, 12, 5, 13, 6, 14, 7, 15));
+#else
+    vi_store(out, __builtin_shufflevector(even, odd, 0, 4, 1, 5));
+    vi_store(out + 4, __builtin_shufflevector(even, odd, 2, 6, 3, 7));
+#endif
+}
+
 /* Pixels of twice the density from rows of n + 2, the first and the last being the neighbours': bilinear, a
- * quarter of a pixel from `near` towards `far`. n a multiple of 4, `out` of 2n. */
+ * quarter of a pixel from `near` towards `far`. n a multiple of 16, `out` of 2n. */
 void double_row(const uint32_t *near, const uint32_t *far, uint32_t *out, int n)
 {
-    for (int i = 0; i < n; i++) {
-        uint32_t pixel[2] = {0, 0};
-        for (int shift = 0; shift < 30; shift += 10) {
-            uint32_t c[3];
-            for (int k = 0; k < 3; k++) c[k] = 3 * (near[i + k] >> shift & 1023) + (far[i + k] >> shift & 1023);
-            pixel[0] |= (c[0] + 3 * c[1] + 8) >> 4 << shift;
-            pixel[1] |= (c[2] + 3 * c[1] + 8) >> 4 << shift;
-        }
-        uint32_t flags = near[i + 1] & FV_PIXEL_SAMPLED;
-        out[2 * i] = pixel[0] | flags;
-        out[2 * i + 1] = pixel[1] | flags;
+    for (int i = 0; i < n; i += FV_WIDTH) {
+        struct split left = mix(near + i, far + i), middle = mix(near + i + 1, far + i + 1);
+        struct split right = mix(near + i + 2, far + i + 2);
+        vi flags = vi_load(near + i + 1) & (int32_t)FV_PIXEL_SAMPLED;
+        store_alternating(out + 2 * i, mean_of(&left, &middle) | flags, mean_of(&right, &middle) | flags);
     }
 }
