@@ -81,9 +81,8 @@ static void least_weights(void **state)
         {"method.k_min=0.6", "method.k_max=0.1", "method.t_max=31", 0.1, 0.1, 0.1, 31},
     };
     for (unsigned n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        static struct fv_setup setup;
-        memset(&setup, 0, sizeof setup);
-        const struct fv_frame *f = &opened(&setup, cases[n].k_min, cases[n].k_max, cases[n].t_max)->loop.frame;
+        static struct fv_setup setups[sizeof cases / sizeof cases[0]]; /* to the program's end */
+        const struct fv_frame *f = &opened(&setups[n], cases[n].k_min, cases[n].k_max, cases[n].t_max)->loop.frame;
         int end = cases[n].end;
         assert_true(fabs((double)f->k[0][1] - cases[n].at_1) < 2e-6);
         assert_true(fabs((double)f->k[0][(1 + end) / 2] - cases[n].at_middle) < 2e-5);
