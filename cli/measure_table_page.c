@@ -311,12 +311,7 @@ static void write_definitions(const struct page *p)
                   "Its other scenes, Rungholt and Urban Sprawl, are not measured here; atrium and cornell are not in "
                   "the paper. Over its four scenes it samples 79 % fewer pixels and is 2.55 times as fast."},
     };
-    fv_section_open(p->out, "How it was measured", NULL);
-    fv_writer_print(p->out, "<dl class=\"terms\">\n");
-    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
-        fv_writer_print(p->out, "<dt>%s</dt><dd>%s</dd>\n", rows[i][0], rows[i][1]);
-    fv_writer_print(p->out, "</dl>\n");
-    fv_section_close(p->out);
+    fv_terms(p->out, "How it was measured", rows, sizeof rows / sizeof rows[0]);
 }
 
 int fv_table_page(const struct fv_table_report *report, const char *path, struct fv_error *error)

@@ -192,10 +192,5 @@ void fv_measure_definitions(struct fv_measure_page *page)
          "The rows that no other row of the scene beats in both speed-up and PSNR: the choice is among "
          "these."},
     };
-    fv_section_open(page->out, "How it was measured", NULL);
-    fv_writer_print(page->out, "<dl class=\"terms\">\n");
-    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
-        fv_writer_print(page->out, "<dt>%s</dt><dd>%s</dd>\n", rows[i][0], rows[i][1]);
-    fv_writer_print(page->out, "</dl>\n");
-    fv_section_close(page->out);
+    fv_terms(page->out, "How it was measured", rows, sizeof rows / sizeof rows[0]);
 }

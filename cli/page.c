@@ -40,6 +40,15 @@ void fv_section_close(struct fv_writer *out)
     fv_writer_print(out, "</section>\n");
 }
 
+void fv_terms(struct fv_writer *out, const char *heading, const char *const (*rows)[2], int n)
+{
+    fv_section_open(out, heading, NULL);
+    fv_writer_print(out, "<dl class=\"terms\">\n");
+    for (int i = 0; i < n; i++) fv_writer_print(out, "<dt>%s</dt><dd>%s</dd>\n", rows[i][0], rows[i][1]);
+    fv_writer_print(out, "</dl>\n");
+    fv_section_close(out);
+}
+
 void fv_fact(struct fv_writer *out, const char *name, struct fv_shown value, const char *unit,
              const char *more)
 {

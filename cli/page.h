@@ -13,6 +13,9 @@ void fv_page_close(struct fv_writer *out);
 void fv_section_open(struct fv_writer *out, const char *heading, const char *note);
 void fv_section_close(struct fv_writer *out);
 
+/* A section that says in n rows what terms mean: the term, plain text, and its explanation, HTML. */
+void fv_terms(struct fv_writer *out, const char *heading, const char *const (*rows)[2], int n);
+
 /* A large number with its name above and a remark below, inside <dl class="facts">. All plain text. */
 void fv_fact(struct fv_writer *out, const char *name, struct fv_shown value, const char *unit,
              const char *more);

@@ -98,7 +98,7 @@ bool fv_map_still(const struct fv_map *map, const struct fv_view *now)
     for (int corner = 0; corner < 8; corner++) {
         float x = corner & 1 ? (float)now->width : 0, y = corner & 2 ? (float)now->height : 0;
         float w = corner & 4 ? 2 : 0, to[3];
-        for (int i = 0; i < 3; i++) to[i] = map->m[i][0] * x + map->m[i][1] * y + map->m[i][2] + map->t[i] * w;
+        fv_map_point(map, x, y, w, to);
         if (!(to[2] > 0.5f && fabsf(to[0] / to[2] - x) < 1 / 64.0f && fabsf(to[1] / to[2] - y) < 1 / 64.0f))
             return false;
     }

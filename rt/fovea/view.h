@@ -48,6 +48,12 @@ void fv_map_set(struct fv_map *map, const struct fv_view *now, const struct fv_v
 void fv_map_set_moving(struct fv_map *map, const struct fv_view *now, const struct fv_view *before,
                        const struct fv_pose *object_now, const struct fv_pose *object_before);
 
+/* (X, Y, Z) of the picture's point (x, y) at inverse depth w. */
+static inline void fv_map_point(const struct fv_map *map, float x, float y, float w, float to[3])
+{
+    for (int i = 0; i < 3; i++) to[i] = map->m[i][0] * x + map->m[i][1] * y + map->m[i][2] + map->t[i] * w;
+}
+
 /* Whether no point half a metre away or farther moves by more than 1/64 of a pixel. */
 bool fv_map_still(const struct fv_map *map, const struct fv_view *now);
 

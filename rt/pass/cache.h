@@ -11,6 +11,7 @@
 #define FV_PASS_CACHE_H
 
 #include "rt/trace/simd.h"
+#include "rt/trace/tracer.h"
 
 #define FV_CACHE_NONE 0xffff0000u
 enum { FV_CACHE_OLDEST = 127, FV_CACHE_MOVING = 128 };
@@ -19,6 +20,15 @@ enum { FV_CACHE_OLDEST = 127, FV_CACHE_MOVING = 128 };
 static inline vf cache_depth(vi cache)
 {
     return (vf)((cache >> 1) & 0x7fff8000);
+}
+
+/* Of one word; FV_DEPTH_UNKNOWN where there is none. */
+static inline float cache_depth_of(uint32_t cache)
+{
+    uint32_t bits = cache >> 1 & 0x7fff8000;
+    float w;
+    memcpy(&w, &bits, sizeof w);
+    return cache < FV_CACHE_NONE ? w : FV_DEPTH_UNKNOWN;
 }
 
 /* Of inverse depths in range or FV_DEPTH_UNKNOWN. */

@@ -125,20 +125,6 @@ static inline vi mean_of(const struct split *side, const struct split *middle)
     return ((two >> 4) & 1023) | (two & 0x3ff00000) | ((one >> 4) << 10);
 }
 
-static inline void store_alternating(uint32_t *out, vi even, vi odd)
-{
-#if FV_WIDTH == 16
-    vi_store(out, __builtin_shufflevector(even, odd, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23));
-    vi_store(out + 16, __builtin_shufflevector(even, odd, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31));
-#elif FV_WIDTH == 8
-    vi_store(out, __builtin_shufflevector(even, odd, 0, 8, 1, 9, 2, 10, 3, 11));
-    vi_store(out + 8, __builtin_shufflevector(even, odd, 4, 12, 5, 13, 6, 14, 7, 15));
-#else
-    vi_store(out, __builtin_shufflevector(even, odd, 0, 4, 1, 5));
-    vi_store(out + 4, __builtin_shufflevector(even, odd, 2, 6, 3, 7));
-#endif
-}
-
 /* Pixels of twice the density from rows of n + 2, the first and the last being the neighbours': bilinear, a
  * quarter of a pixel from `near` towards `far`. n a multiple of 16, `out` of 2n. */
 void double_row(const uint32_t *near, const uint32_t *far, uint32_t *out, int n)
@@ -147,6 +133,8 @@ void double_row(const uint32_t *near, const uint32_t *far, uint32_t *out, int n)
         struct split left = mix(near + i, far + i), middle = mix(near + i + 1, far + i + 1);
         struct split right = mix(near + i + 2, far + i + 2);
         vi flags = vi_load(near + i + 1) & (int32_t)FV_PIXEL_SAMPLED;
-        store_alternating(out + 2 * i, mean_of(&left, &middle) | flags, mean_of(&right, &middle) | flags);
+        vi even = mean_of(&left, &middle) | flags, odd = mean_of(&right, &middle) | flags;
+        vi_store(out + 2 * i, vi_zip_first(even, odd));
+        vi_store(out + 2 * i + FV_WIDTH, vi_zip_second(even, odd));
     }
 }

@@ -33,11 +33,17 @@ struct fv_tile fv_tile_at(const struct fv_frame *f, int index, int worker)
     return tile;
 }
 
-float fv_coarse_deg(const struct fv_frame *f, const struct fv_parameters *p)
+float fv_tile_reach_deg(const struct fv_view *view)
+{
+    return fv_radius_deg(view, FV_TILE) + fv_radius_deg(view, 2 * FV_BLOCK);
+}
+
+enum fv_density fv_ring_density(const struct fv_frame *f, const struct fv_parameters *p, float e)
 {
     float outer = p->foveal.r1_deg > p->foveal.r0_deg ? p->foveal.r1_deg : p->foveal.r0_deg;
-    if (!f->state || 4 * p->foveal.p_min > 1) return FV_DEGREES;
-    return outer > f->density_deg ? outer : f->density_deg;
+    if (!f->state || 4 * p->foveal.p_min > 1) return FV_FINE;
+    float from_deg = outer > f->density_deg ? outer : f->density_deg;
+    return e - fv_tile_reach_deg(&f->view[0]) > from_deg ? FV_COARSE : FV_FINE;
 }
 
 float fv_block_probability(const struct fv_frame *f, float p, int density, int spacing)

@@ -213,9 +213,13 @@ static inline void fv_tile_set_density(struct fv_tile *tile, int density)
  * four, and the support image's samples, `spacing` pixels apart, count among them. */
 float fv_block_probability(const struct fv_frame *frame, float p, int density, int spacing);
 
-/* The eccentricity beyond which tiles are coarse: past r1, and only where the samples wanted there do not
- * suffice for the picture's own density. */
-float fv_coarse_deg(const struct fv_frame *frame, const struct fv_parameters *parameters);
+/* The density of a tile whose middle lies at this eccentricity: coarse past r1 and method.density_deg as a whole,
+ * and only where the samples wanted there do not suffice for the picture's own density. */
+enum fv_density fv_ring_density(const struct fv_frame *frame, const struct fv_parameters *parameters,
+                                float eccentricity_deg);
+
+/* How far from a tile's middle its blocks may reach, degrees, from above. */
+float fv_tile_reach_deg(const struct fv_view *view);
 
 /* Blocks of the tile that lie in the picture at least in part. */
 uint64_t fv_tile_inside(const struct fv_frame *frame, const struct fv_tile *tile);

@@ -21,27 +21,16 @@ static struct fv_map scaled(const struct fv_map *map, float scale)
     return out;
 }
 
-static float node_depth(const struct fv_frame *f, const struct fv_tile *tile)
+/* Where what stands in the tile's middle was, in homogeneous pixels of the picture; returns its inverse depth. */
+static float carry_middle(const struct fv_frame *f, const struct fv_tile *tile, float to[3])
 {
-    int64_t node = (tile->y0 + FV_TILE / 2) / f->spacing * (f->stride / f->spacing) +
-                   (tile->x0 + FV_TILE / 2) / f->spacing;
-    float w = ((const float *)f->buffer[FV_SUPPORT_DEPTH][tile->eye])[node];
-    return w >= 0 && w <= FV_INVERSE_DEPTH_MAX ? w : 0;
-}
-
-/* The map of what stands in the tile's middle. */
-static const struct fv_map *middle_map(const struct fv_frame *f, const struct fv_tile *tile)
-{
-    int64_t node = (tile->y0 + FV_TILE / 2) / f->spacing * (f->stride / f->spacing) +
-                   (tile->x0 + FV_TILE / 2) / f->spacing;
-    int surface = ((const uint8_t *)f->buffer[FV_SUPPORT_SURFACE][tile->eye])[node];
-    return &f->object_map[tile->eye][surface & FV_SURFACE_OBJECT];
-}
-
-/* Where the picture's point (x, y) at inverse depth w was, in homogeneous pixels. */
-static void carry(const struct fv_map *map, float x, float y, float w, float to[3])
-{
-    for (int i = 0; i < 3; i++) to[i] = map->m[i][0] * x + map->m[i][1] * y + map->m[i][2] + map->t[i] * w;
+    int e = tile->eye, x = tile->x0 + FV_TILE / 2, y = tile->y0 + FV_TILE / 2;
+    int64_t node = y / f->spacing * (f->stride / f->spacing) + x / f->spacing;
+    int object = ((const uint8_t *)f->buffer[FV_SUPPORT_SURFACE][e])[node] & FV_SURFACE_OBJECT;
+    float w = ((const float *)f->buffer[FV_SUPPORT_DEPTH][e])[node];
+    if (!(w >= 0 && w <= FV_INVERSE_DEPTH_MAX)) w = 0;
+    fv_map_point(&f->object_map[e][object], (float)x, (float)y, w, to);
+    return w;
 }
 
 static int clamp(int64_t i, int count)
@@ -69,7 +58,7 @@ static void take_objects(const struct fv_frame *f, const struct fv_tile *tile, s
 
 struct fv_reprojected fv_reproject(struct fv_frame *f, const struct fv_tile *tile)
 {
-    int e = tile->eye, side = f->spacing, half = FV_TILE / 2;
+    int e = tile->eye, side = f->spacing;
     const struct fv_raster *raster = fv_tile_raster(f, tile), *coarse = &f->raster[FV_COARSE][e];
     float spacing = (float)side / raster->scale, to[3];
     struct fv_reproject_tile t = {
@@ -96,8 +85,7 @@ struct fv_reprojected fv_reproject(struct fv_frame *f, const struct fv_tile *til
     if (!f->has_history) t.map = (struct fv_map){0}; /* leads nowhere: all is filled from the support image */
     else if (t.moves) take_objects(f, tile, &t);
     /* What was nearer by a factor was larger by the same. */
-    t.middle = node_depth(f, tile);
-    carry(middle_map(f, tile), (float)(tile->x0 + half), (float)(tile->y0 + half), t.middle, to);
+    t.middle = carry_middle(f, tile, to);
     t.footprint = to[2] > 0.125f ? 1 / to[2] : 8;
     f->kernels->reproject(&t);
     f->state[tile->index].reprojected = 1;
@@ -127,7 +115,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
         if (fv_tile_threshold(f, tile, block) < p) *resampled |= 1ull << block;
     }
     *selected |= *resampled;
-    fv_merge_coarse(f, tile);
+    if (!*selected) fv_merge_coarse(f, tile); /* else once it is sampled */
     return fv_tile_side(tile) * fv_tile_side(tile);
 }
 
@@ -135,23 +123,20 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
 static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 {
     const struct fv_raster *raster = fv_tile_raster(f, tile), *coarse = &f->raster[FV_COARSE][tile->eye];
-    const struct fv_map *map = middle_map(f, tile);
     float x = (float)(tile->x0 + FV_TILE / 2), y = (float)(tile->y0 + FV_TILE / 2), to[3];
     int side = fv_tile_side(tile), x0 = tile->x0 >> tile->shift, y0 = tile->y0 >> tile->shift;
     if (f->failed_blocks) f->failed_blocks[tile->index] = 0;
     ((uint64_t *)f->buffer[FV_RESAMPLED][0])[tile->index] = 0;
     if (((const uint64_t *)f->buffer[FV_SELECTED][0])[tile->index] == fv_tile_inside(f, tile) && !f->keep) return;
-    carry(map, x, y, node_depth(f, tile), to);
+    carry_middle(f, tile, to);
     float dx = to[2] > 1e-4f ? to[0] / to[2] - x : 0, dy = to[2] > 1e-4f ? to[1] / to[2] - y : 0;
     int moved_x = fabsf(dx) < 16384 ? (int)lroundf(dx / raster->scale) : 0;
     int moved_y = fabsf(dy) < 16384 ? (int)lroundf(dy / raster->scale) : 0;
     for (int row = 0; row < side; row++) {
-        int from_y = y0 + row + moved_y;
-        from_y = from_y < 0 ? 0 : from_y >= raster->height ? raster->height - 1 : from_y;
+        int from_y = clamp(y0 + row + moved_y, raster->height);
         int64_t at = fv_tile_row(f, tile, row);
         for (int column = 0; column < side; column++) {
-            int from_x = x0 + column + moved_x;
-            from_x = from_x < 0 ? 0 : from_x >= raster->width ? raster->width - 1 : from_x;
+            int from_x = clamp(x0 + column + moved_x, raster->width);
             int64_t from = from_y * raster->stride + from_x;
             uint32_t colour = raster->history_colour[from], cache = raster->history_cache[from];
             if (cache >= FV_CACHE_NONE && tile->density == FV_FINE && coarse->history_colour) {
@@ -170,12 +155,11 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
                    double units[2])
 {
     float radius_deg = fv_radius_deg(&f->view[0], FV_TILE);
-    float coarse_deg = fv_coarse_deg(f, p) + radius_deg + fv_radius_deg(&f->view[0], 2 * FV_BLOCK);
     if (!f->has_history || (p->foveal.p_min >= 1 && !f->keep)) return;
     for (int d = 0; d < FV_DEGREES; d++) {
         float e = (float)d + 0.5f;
         if (f->keep || e > p->foveal.r0_deg - radius_deg)
-            units[0] += (double)rings->tiles[d] * FV_TILE * FV_TILE * (e > coarse_deg ? 0.25 : 1);
+            units[0] += (double)rings->tiles[d] * FV_TILE * FV_TILE * (fv_ring_density(f, p, e) == FV_COARSE ? 0.25 : 1);
     }
 }
 

@@ -136,6 +136,7 @@ static void mark_changed(const struct fv_reproject_tile *t, const struct source 
 /* One vector of pixels, of a row of the tile, as the nodes of all or of one object tell it. */
 struct step {
     vf3 along;                 /* what the map makes of the pixel, at infinity */
+    vi cell;                   /* the pixel's, of the row of cells */
     vf px, w, nearest, farthest;
     vi here, mixed;            /* masks: nodes of it are around; others are as well */
     vi bent, moving;
@@ -146,8 +147,8 @@ struct step {
 /* The tile's first rows, by its middle's node. */
 static void prefetch_first(const struct fv_reproject_tile *t, const struct source *s)
 {
-    float x = (float)t->x0, y = (float)t->y0, w = t->middle, to[3];
-    for (int i = 0; i < 3; i++) to[i] = t->map.m[i][0] * x + t->map.m[i][1] * y + t->map.m[i][2] + t->map.t[i] * w;
+    float to[3];
+    fv_map_point(&t->map, (float)t->x0, (float)t->y0, t->middle, to);
     if (!(to[2] > 0.1f)) return;
     float column = to[0] / to[2], row = to[1] / to[2];
     if (!(column >= 0 && column < s->width && row >= 1 && row < (float)(s->last_row - PREFETCH_ROWS))) return;
@@ -222,7 +223,7 @@ static inline void take_step(const struct fv_reproject_tile *t, const struct fv_
 {
     const float(*m)[3] = map->m;
     vf column = (float)x + 0.5f + vf_from(vi_lanes()), gx = (column - t->node[0]) * (1 / t->spacing) + 1.0f;
-    vi i = vi_from(gx);
+    vi i = v->cell = vi_from(gx);
     vf left = table(cells->w, i), right = table(cells->w, i + 1);
     v->px = (float)t->x0 + column;
     v->along = (vf3){m[0][0] * v->px + (m[0][1] * v->y + m[0][2]), m[1][0] * v->px + (m[1][1] * v->y + m[1][2]),
@@ -263,12 +264,11 @@ static __attribute__((noinline)) unsigned carry_layers(const struct fv_reproject
                                                        const struct source *coarse, const struct cells *cells, int x,
                                                        struct step *all)
 {
-    vi i = vi_from(((float)x + 0.5f + vf_from(vi_lanes()) - t->node[0]) * (1 / t->spacing) + 1.0f);
     struct place best = {.good = vi_of(0)}, other = best;
     struct step v = {.y = all->y};
     for (int l = 0; l < layers; l++) {
         take_step(t, layer[l].map, &layer[l].cells, x, &v);
-        v.mixed = table_mask(cells->mixed, i);
+        v.mixed = table_mask(cells->mixed, all->cell);
         v.here = v.farthest >= 0.0f;
         if (!vi_any(v.here)) continue;
         struct place p = find(t, &layer[l].own, &v);
@@ -285,7 +285,7 @@ static __attribute__((noinline)) unsigned carry_layers(const struct fv_reproject
         colour = vf3_select(other.good, history_colour(t, coarse, &other), colour);
         prefer(&best, &other);
     }
-    all->moving = table_mask(cells->moving, i);
+    all->moving = table_mask(cells->moving, all->cell);
     unsigned filled = finish(t, all, &best, colour);
     /* Nothing is left to chance along outlines: one that moves by less than a pixel a frame would stand. */
     if (t->stirs) all->bent |= ~best.good | outline;
@@ -341,10 +341,9 @@ void reproject(struct fv_reproject_tile *t)
         }
         below = j;
         for (int x = 0; x < t->side; x += FV_WIDTH) {
-            vi i = vi_from(((float)x + 0.5f + vf_from(vi_lanes()) - t->node[0]) * (1 / t->spacing) + 1.0f);
             take_step(t, &t->map, &cells, x, &v);
             filled |= (layers ? carry_layers(t, layer, layers, &own, coarse, &cells, x, &v) : carry(t, &own, coarse, &v)) << x;
-            marked |= vi_bits(table_mask(cells.marked, i)) << x;
+            marked |= vi_bits(table_mask(cells.marked, v.cell)) << x;
             bent |= vi_bits(v.bent) << x;
             v.out += FV_WIDTH;
         }

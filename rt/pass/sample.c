@@ -31,8 +31,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
 /* A tile that was to be sampled whole may not have been reprojected; others stay as they are. */
 static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 {
-    if (f->state[tile->index].reprojected) return;
-    fv_reproject(f, tile);
+    if (!f->state[tile->index].reprojected) fv_reproject(f, tile);
     fv_merge_coarse(f, tile);
 }
 
@@ -41,10 +40,9 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
 {
     double all = 0, whole = 0, sparse = 0;
     float radius_deg = fv_radius_deg(&f->view[0], FV_TILE);
-    float coarse_deg = fv_coarse_deg(f, p) + radius_deg + fv_radius_deg(&f->view[0], 2 * FV_BLOCK);
     for (int d = 0; d < FV_DEGREES; d++) {
         float e = (float)d + 0.5f;
-        int density = e > coarse_deg ? FV_COARSE : FV_FINE;
+        int density = fv_ring_density(f, p, e);
         double pixels = (double)rings->pixels[d] * (density == FV_COARSE ? 0.25 : 1);
         float share = fv_block_probability(f, fv_foveal_probability(&p->foveal, e), density, p->spacing);
         all += pixels;

@@ -1,15 +1,14 @@
 /* select: how dense a tile is, and which of its blocks are sampled: those whose blue-noise threshold lies
- * below the foveal function at their centre; all that r0 touches. Most tiles lie wholly inside r0 or beyond r1, where the
- * function is constant; only between is it evaluated block by block. */
+ * below the foveal function at their centre, and all that r0 touches. Most tiles lie wholly inside r0 or beyond
+ * r1, where the function is constant; only between is it evaluated block by block. */
 #include "rt/pass/cache.h"
-
 #include "rt/pass/pass.h"
 
 /* A tile that is coarse now has no history in the fine raster. */
-static void choose_density(struct fv_frame *f, struct fv_tile *tile, float nearest_deg)
+static void choose_density(struct fv_frame *f, struct fv_tile *tile, float middle_deg)
 {
     struct fv_tile_state *state = &f->state[tile->index];
-    state->density = nearest_deg > fv_coarse_deg(f, &f->parameters) ? FV_COARSE : FV_FINE;
+    state->density = (uint8_t)fv_ring_density(f, &f->parameters, middle_deg);
     state->reprojected = 0;
     fv_tile_set_density(tile, state->density);
     if (state->density == FV_COARSE && state->fine[0]) {
@@ -27,11 +26,11 @@ static int run(struct fv_frame *f, const struct fv_tile *at)
     const struct fv_foveal *foveal = &f->parameters.foveal;
     struct fv_tile tile = *at;
     uint64_t *selected = (uint64_t *)f->buffer[FV_SELECTED][0] + tile.index, mask = 0;
-    float half = 0.5f * FV_TILE, radius = fv_radius_deg(view, FV_TILE) + fv_radius_deg(view, 2 * FV_BLOCK);
+    float half = 0.5f * FV_TILE, radius = fv_tile_reach_deg(view);
     float centre = fv_eccentricity_deg(view, (float)tile.x0 + half, (float)tile.y0 + half);
     float outer_deg = foveal->r1_deg > foveal->r0_deg ? foveal->r1_deg : foveal->r0_deg;
     bool constant = centre + radius <= foveal->r0_deg || centre - radius >= outer_deg;
-    if (f->state) choose_density(f, &tile, centre - radius);
+    if (f->state) choose_density(f, &tile, centre);
     float p = fv_block_probability(f, fv_foveal_probability(foveal, centre), tile.density, f->spacing);
     uint64_t inside = fv_tile_inside(f, &tile);
     if (!f->has_history || (constant && p >= 1)) {

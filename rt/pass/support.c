@@ -3,8 +3,6 @@
 #include "rt/pass/cache.h"
 #include "rt/pass/pass.h"
 
-#include <string.h>
-
 /* A quarter of the rays to area lights and for ambient occlusion: nodes' light is interpolated where it is shown,
  * and elsewhere one sample among many. */
 enum { FEWER = 4 };
@@ -85,13 +83,10 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
         column = column < coarse->width ? column : coarse->width - 1;
         row = row < coarse->height ? row : coarse->height - 1;
         int64_t at = row * coarse->stride + column;
-        uint32_t bits = coarse->history_cache[at] >> 1 & 0x7fff8000;
-        float depth;
-        memcpy(&depth, &bits, sizeof depth);
-        if (coarse->history_cache[at] >= FV_CACHE_NONE) depth = FV_DEPTH_UNKNOWN;
+        uint32_t cache = coarse->history_cache[at];
         /* Whose motion it has is not kept. */
-        int surface = coarse->history_cache[at] & FV_CACHE_MOVING ? FV_SURFACE_VIEW | FV_SURFACE_OLD : FV_SURFACE_OLD;
-        store(f, tile, &nodes, i, coarse->history_colour[at] & FV_PIXEL_COLOUR, depth, surface);
+        int surface = cache & FV_CACHE_MOVING ? FV_SURFACE_VIEW | FV_SURFACE_OLD : FV_SURFACE_OLD;
+        store(f, tile, &nodes, i, coarse->history_colour[at] & FV_PIXEL_COLOUR, cache_depth_of(cache), surface);
     }
 }
 

@@ -268,6 +268,29 @@ static inline vi vi_pick(vi low, vi high, vi index)
 }
 #endif
 
+/* Lanes of a and b in turn: of their first halves, and of their second ones. */
+static inline vi vi_zip_first(vi a, vi b)
+{
+#if FV_WIDTH == 16
+    return __builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+#elif FV_WIDTH == 8
+    return __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11);
+#else
+    return __builtin_shufflevector(a, b, 0, 4, 1, 5);
+#endif
+}
+
+static inline vi vi_zip_second(vi a, vi b)
+{
+#if FV_WIDTH == 16
+    return __builtin_shufflevector(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
+#elif FV_WIDTH == 8
+    return __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15);
+#else
+    return __builtin_shufflevector(a, b, 2, 6, 3, 7);
+#endif
+}
+
 static inline vi vi_lanes(void)
 {
 #if FV_WIDTH == 16

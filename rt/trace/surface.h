@@ -46,16 +46,8 @@ static inline void transpose(vi a[FV_WIDTH])
 #pragma GCC unroll 8
         for (int i = 0; i < FV_WIDTH / 2; i++) {
             vi p = a[i], q = a[i + FV_WIDTH / 2];
-#if FV_WIDTH == 16
-            b[2 * i] = __builtin_shufflevector(p, q, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
-            b[2 * i + 1] = __builtin_shufflevector(p, q, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
-#elif FV_WIDTH == 8
-            b[2 * i] = __builtin_shufflevector(p, q, 0, 8, 1, 9, 2, 10, 3, 11);
-            b[2 * i + 1] = __builtin_shufflevector(p, q, 4, 12, 5, 13, 6, 14, 7, 15);
-#else
-            b[2 * i] = __builtin_shufflevector(p, q, 0, 4, 1, 5);
-            b[2 * i + 1] = __builtin_shufflevector(p, q, 2, 6, 3, 7);
-#endif
+            b[2 * i] = vi_zip_first(p, q);
+            b[2 * i + 1] = vi_zip_second(p, q);
         }
 #pragma GCC unroll 16
         for (int i = 0; i < FV_WIDTH; i++) a[i] = b[i];

@@ -21,9 +21,7 @@ static void open_stage(struct stage *s, const char *filter)
     struct fv_material grey = fv_material_default();
     memset(s, 0, sizeof *s);
     small_begin(&s->small);
-    c->display_eyes = 1;
-    c->display_width = c->display_height = SIDE;
-    c->display_fov_in_deg = c->display_fov_out_deg = c->display_fov_up_deg = c->display_fov_down_deg = 45;
+    small_picture(c, SIDE);
     c->fovea_inner_deg = 5;
     c->fovea_outer_deg = c->method_density_deg = 12;
     snprintf(c->method_history_filter, sizeof c->method_history_filter, "%s", filter);

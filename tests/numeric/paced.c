@@ -82,8 +82,7 @@ static float eccentricity_deg(const struct fv_tile *tile)
 /* As coarse as the real pass makes it. */
 static int select_tile(struct fv_frame *f, const struct fv_tile *tile)
 {
-    float nearest_deg = eccentricity_deg(tile) - fv_radius_deg(&f->view[0], FV_TILE);
-    f->state[tile->index].density = nearest_deg > fv_coarse_deg(f, &f->parameters) ? FV_COARSE : FV_FINE;
+    f->state[tile->index].density = (uint8_t)fv_ring_density(f, &f->parameters, eccentricity_deg(tile));
     return work(0, 1, plant_select_ns);
 }
 

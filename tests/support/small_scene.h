@@ -53,6 +53,14 @@ static inline void small_finish(struct small_scene *s)
     if (fv_tracer_open(&s->tracer, &s->scene, &s->config, &error)) fail_msg("%s", error.text);
 }
 
+/* One eye's picture, `side` pixels a side and 90 degrees wide and high. */
+static inline void small_picture(struct fv_config *c, int side)
+{
+    c->display_eyes = 1;
+    c->display_width = c->display_height = side;
+    c->display_fov_in_deg = c->display_fov_out_deg = c->display_fov_up_deg = c->display_fov_down_deg = 45;
+}
+
 /* A pinhole at `at`, looking along -z turned by `rotation`. */
 static inline struct fv_view small_view(const double at[3], const double rotation[4], double half_deg, int size)
 {
