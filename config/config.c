@@ -332,8 +332,9 @@ int fv_config_load(struct fv_config *config, const struct fv_config_request *req
     if (config->fovea_outer_deg < config->fovea_inner_deg)
         return fv_config_error(error, "fovea.outer_deg", "%g is less than fovea.inner_deg = %g",
                                config->fovea_outer_deg, config->fovea_inner_deg);
-    if (config->method_support != 4 && config->method_support != 8)
-        return fv_config_error(error, "method.support", "%lld: must be 4 or 8", (long long)config->method_support);
+    if (config->method_support != 4 && config->method_support != 8 && config->method_support != 16)
+        return fv_config_error(error, "method.support", "%lld: must be 4, 8 or 16", (long long)config->method_support);
+    if (config->method_cluster == 3) return fv_config_error(error, "method.cluster", "3: must be 1, 2 or 4");
     return 0;
 }
 

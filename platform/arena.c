@@ -7,6 +7,9 @@
 #include <stdatomic.h>
 #include <stdint.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #ifndef FV_ARENA_MB
 #define FV_ARENA_MB 1024
@@ -16,6 +19,13 @@ static _Alignas(4096) char block[(size_t)FV_ARENA_MB << 20];
 
 static struct fv_arena the_arena = {.base = block, .built = sizeof block, .capacity = sizeof block};
 static atomic_flag busy = ATOMIC_FLAG_INIT;
+
+/* In pages of 2 MB where the kernel has them: rays find their way through far more memory than a processor's
+ * translations of 4 KB pages span. By number, as heap.c takes libraries' calls by name. */
+static __attribute__((constructor(101))) void ask_for_large_pages(void)
+{
+    syscall(SYS_madvise, block, sizeof block, MADV_HUGEPAGE);
+}
 
 struct fv_arena *fv_arena(void)
 {

@@ -23,6 +23,8 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
     f->epsilon_luminance = (float)c->method_epsilon_luminance;
     f->resample = (float)c->method_resample;
     f->density_deg = (float)c->method_density_deg;
+    f->light_divisor = (int)c->method_light_divisor;
+    f->cluster_shift = (int)c->method_cluster / 2;
     f->keep = strcmp(c->method_history, "keep") == 0;
     f->support_counts = strcmp(c->method_support_samples, "count") == 0;
     f->sharp = strcmp(c->method_history_filter, "cubic") == 0;

@@ -34,7 +34,7 @@ static void reproject_parameters(const struct fv_config *config, int level, stru
         f.r0_deg = f.r0_deg * scale > floor_deg ? f.r0_deg * scale : floor_deg;
         f.r1_deg = f.r1_deg * scale > f.r0_deg ? f.r1_deg * scale : f.r0_deg;
         f.p_min = reproject_levels[level - 1].p_min;
-        spacing *= reproject_levels[level - 1].support;
+        spacing = spacing * reproject_levels[level - 1].support > 16 ? 16 : spacing * reproject_levels[level - 1].support;
     }
     *out = (struct fv_parameters){.foveal = f, .spp = 1, .spacing = spacing};
 }

@@ -17,7 +17,7 @@
     void fv_pixel_compose_##isa(const uint32_t *, const uint32_t *, const uint32_t *, uint32_t *, int);          \
     void fv_reproject_##isa(struct fv_reproject_tile *);                                                         \
     void fv_merge_##isa(const struct fv_merge *);                                                                \
-    void fv_bounds_##isa(const uint32_t *, int64_t, int, float *, float *);                                      \
+    void fv_bounds_##isa(const uint32_t *, int64_t, int, uint32_t, float *, float *);                            \
     void fv_halve_##isa(const uint32_t *, const uint32_t *, uint32_t *, int);                                    \
     void fv_double_row_##isa(const uint32_t *, const uint32_t *, uint32_t *, int);                              \
     void fv_pixel_present_##isa(const uint32_t *, uint8_t *, int);

@@ -33,8 +33,8 @@ struct fv_kernels {
     void (*merge)(const struct fv_merge *merge);
 
     /* The greatest and the least inverse depth at and around each pixel of a tile, within it; rows of `cache`
-     * are `stride` apart, those of the results FV_TILE. */
-    void (*bounds)(const uint32_t *cache, int64_t stride, int side, float *nearest, float *farthest);
+     * are `stride` apart, those of the results FV_TILE. `rows`: a bit for each row that is wanted. */
+    void (*bounds)(const uint32_t *cache, int64_t stride, int side, uint32_t rows, float *nearest, float *farthest);
 
     /* Two rows of 2n pixels to one of n, their means. */
     void (*halve)(const uint32_t *upper, const uint32_t *lower, uint32_t *out, int n);

@@ -28,12 +28,21 @@ static void merge(struct fv_frame *f, const struct fv_tile *tile, int count, con
     f->kernels->merge(&m);
 }
 
-static void take_bounds(const struct fv_frame *f, const struct fv_tile *tile)
+static void take_bounds(const struct fv_frame *f, const struct fv_tile *tile, uint32_t rows)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     const struct fv_raster *raster = fv_tile_raster(f, tile);
-    f->kernels->bounds(raster->cache + fv_tile_row(f, tile, 0), raster->stride, fv_tile_side(tile), s->tile_nearest,
-                       s->tile_farthest);
+    f->kernels->bounds(raster->cache + fv_tile_row(f, tile, 0), raster->stride, fv_tile_side(tile), rows,
+                       s->tile_nearest, s->tile_farthest);
+}
+
+/* The rows of pixels that the blocks lie in. */
+static uint32_t rows_of(uint64_t blocks)
+{
+    uint32_t rows = 0;
+    for (int y = 0; y < FV_BLOCKS; y++)
+        if (blocks >> (FV_BLOCKS * y) & 255) rows |= 15u << (FV_BLOCK * y);
+    return rows;
 }
 
 void fv_merge_blocks(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks, uint64_t replaced)
@@ -41,7 +50,7 @@ void fv_merge_blocks(struct fv_frame *f, const struct fv_tile *tile, uint64_t bl
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     const struct fv_raster *raster = fv_tile_raster(f, tile);
     int n = 0;
-    take_bounds(f, tile);
+    take_bounds(f, tile, rows_of(blocks));
     for (uint64_t left = blocks; left; left &= left - 1) {
         int block = __builtin_ctzll(left);
         int first = block / FV_BLOCKS * FV_BLOCK * FV_TILE + block % FV_BLOCKS * FV_BLOCK;
@@ -79,7 +88,9 @@ void fv_merge_nodes(struct fv_frame *f, const struct fv_tile *tile)
     /* In a cell; exact, spacing being a power of two, and so below it. */
     int node_x = (int)(f->node[0] * (float)f->spacing), node_y = (int)(f->node[1] * (float)f->spacing);
     int side = FV_TILE / f->spacing, n = 0;
-    take_bounds(f, tile);
+    uint32_t rows = 0;
+    for (int y = 0; y < side; y++) rows |= 1u << ((y * f->spacing + node_y) >> tile->shift);
+    take_bounds(f, tile, rows);
     for (int y = 0; y < side; y++)
         for (int x = 0; x < side; x++, n++) {
             int64_t node = (tile->y0 / f->spacing + y) * (f->stride / f->spacing) + tile->x0 / f->spacing + x;

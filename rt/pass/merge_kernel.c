@@ -8,7 +8,7 @@
 #define halve FV_ISA_NAME(fv_halve)
 #define double_row FV_ISA_NAME(fv_double_row)
 void merge(const struct fv_merge *m);
-void bounds(const uint32_t *cache, int64_t stride, int side, float *nearest, float *farthest);
+void bounds(const uint32_t *cache, int64_t stride, int side, uint32_t rows, float *nearest, float *farthest);
 void halve(const uint32_t *upper, const uint32_t *lower, uint32_t *out, int n);
 void double_row(const uint32_t *near, const uint32_t *far, uint32_t *out, int n);
 
@@ -64,12 +64,13 @@ void merge(const struct fv_merge *m)
     }
 }
 
-/* The inverse depths of a tile's pixels and the eight around each, as far as they lie in the tile: others are
- * being written. Where none is known, one that none is within. */
-void bounds(const uint32_t *cache, int64_t stride, int side, float *nearest, float *farthest)
+/* The inverse depths of a tile's pixels, of the rows asked for, and of the eight around each, as far as they lie
+ * in the tile: others are being written. Where none is known, one that none is within. */
+void bounds(const uint32_t *cache, int64_t stride, int side, uint32_t rows, float *nearest, float *farthest)
 {
-    _Alignas(64) float high[FV_TILE][FV_TILE + 2 * FV_WIDTH], low[FV_TILE][FV_TILE + 2 * FV_WIDTH];
-    for (int y = 0; y < side; y++) {
+    _Alignas(64) float high[FV_TILE + 2 * FV_WIDTH], low[FV_TILE + 2 * FV_WIDTH];
+    for (; rows; rows &= rows - 1) {
+        int y = __builtin_ctz(rows);
         const uint32_t *row[3] = {cache + (y > 0 ? y - 1 : 0) * stride, cache + y * stride,
                                   cache + (y + 1 < side ? y + 1 : y) * stride};
         for (int x = 0; x < side; x += FV_WIDTH) {
@@ -79,13 +80,13 @@ void bounds(const uint32_t *cache, int64_t stride, int side, float *nearest, flo
                 most = vf_max(w, most);
                 least = vf_min(w, least);
             }
-            vf_store(high[y] + FV_WIDTH + x, most);
-            vf_store(low[y] + FV_WIDTH + x, least);
+            vf_store(high + FV_WIDTH + x, most);
+            vf_store(low + FV_WIDTH + x, least);
         }
-        high[y][FV_WIDTH - 1] = high[y][FV_WIDTH], low[y][FV_WIDTH - 1] = low[y][FV_WIDTH];
-        high[y][FV_WIDTH + side] = high[y][FV_WIDTH + side - 1], low[y][FV_WIDTH + side] = low[y][FV_WIDTH + side - 1];
+        high[FV_WIDTH - 1] = high[FV_WIDTH], low[FV_WIDTH - 1] = low[FV_WIDTH];
+        high[FV_WIDTH + side] = high[FV_WIDTH + side - 1], low[FV_WIDTH + side] = low[FV_WIDTH + side - 1];
         for (int x = 0; x < side; x += FV_WIDTH) {
-            const float *h = high[y] + FV_WIDTH + x, *l = low[y] + FV_WIDTH + x;
+            const float *h = high + FV_WIDTH + x, *l = low + FV_WIDTH + x;
             vf_store(nearest + y * FV_TILE + x, vf_max(vf_load(h), vf_max(vf_load(h - 1), vf_load(h + 1))));
             vf_store(farthest + y * FV_TILE + x, vf_min(vf_load(l), vf_min(vf_load(l - 1), vf_load(l + 1))));
         }

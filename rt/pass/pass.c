@@ -79,7 +79,8 @@ uint64_t fv_tile_inside(const struct fv_frame *f, const struct fv_tile *tile)
 float fv_tile_threshold(const struct fv_frame *f, const struct fv_tile *tile, int block)
 {
     int size = FV_BLOCK << tile->shift;
-    int x = tile->x0 / size + block % FV_BLOCKS, y = tile->y0 / size + block / FV_BLOCKS;
+    int shift = tile->density == FV_COARSE ? f->cluster_shift : 0;
+    int x = (tile->x0 / size + block % FV_BLOCKS) >> shift, y = (tile->y0 / size + block / FV_BLOCKS) >> shift;
     return fv_noise_threshold(f->noise, x + 29 * tile->eye, y + 37 * tile->eye, f->number);
 }
 
@@ -115,12 +116,22 @@ void fv_tile_place(struct fv_frame *f, const struct fv_tile *tile, uint64_t bloc
     samples->count = n;
 }
 
+/* Nowhere in it more than half of the pixels are to be sampled: most of what is shown is history. */
+static bool sparse(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    const struct fv_view *view = &f->view[tile->eye];
+    if (!f->has_history || f->light_divisor <= 1) return false;
+    float e = fv_eccentricity_deg(view, (float)(tile->x0 + FV_TILE / 2), (float)(tile->y0 + FV_TILE / 2));
+    return fv_foveal_probability(&f->parameters.foveal, e - fv_tile_reach_deg(view)) <= 0.5f;
+}
+
 void fv_tile_trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     struct fv_samples *samples = &s->samples;
     fv_tile_place(f, tile, blocks);
     if (samples->count == 0) return;
+    samples->fewer = sparse(f, tile) ? f->light_divisor : 1;
     f->kernels->trace(f->tracer, &f->view[tile->eye], samples, (uint32_t)f->number, s->rays);
     f->kernels->encode(samples->red, samples->green, samples->blue, f->tracer->data->exposure, s->pixel,
                        samples->count);

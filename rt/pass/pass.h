@@ -100,9 +100,11 @@ struct fv_frame {
     float epsilon_depth, epsilon_luminance;
     float resample;              /* how many times as often marked blocks are sampled */
     float density_deg;           /* eccentricity beyond which tiles may be coarse */
+    int cluster_shift;           /* coarse tiles: 1 << this blocks a side are sampled in the same frames */
     bool sharp;                  /* history is interpolated by cubics, not linearly */
     bool still;                  /* nothing moves: history is carried without loss, and all samples count alike */
     float k[2][128];             /* least weight of a new sample, by age (pass/cache.h); [1]: where still */
+    int light_divisor;           /* samples of sparse tiles take this part of the settings' rays of sampled light */
     float jitter[2];             /* this frame's, of samples from the centre of their pixel, in pixels */
     float node[2];               /* this frame's places of support nodes in their cells, [0, 1) */
     struct fv_parameters parameters;
@@ -225,7 +227,7 @@ float fv_tile_reach_deg(const struct fv_view *view);
 uint64_t fv_tile_inside(const struct fv_frame *frame, const struct fv_tile *tile);
 
 /* This frame's blue-noise threshold of a block, in [0, 1). The eyes look up different parts of the mask,
- * so that the two fill each other in. */
+ * so that the two fill each other in. Blocks of a cluster have the same: rays of neighbours take less time. */
 float fv_tile_threshold(const struct fv_frame *frame, const struct fv_tile *tile, int block);
 
 /* Eccentricity of a block's centre, degrees, and of its nearest point, from below. */

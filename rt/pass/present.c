@@ -54,6 +54,7 @@ static void show_coarse(const struct fv_frame *f, const struct fv_tile *tile)
     uint32_t row[3][ROW];
     _Alignas(64) uint32_t colour[FV_TILE];
     int x0 = tile->x0 / 2, y0 = tile->y0 / 2;
+    for (int y = 0; y < HALF; y++) __builtin_prefetch(r->colour + (y0 + y) * r->stride + x0);
     take_row(r, x0, y0 - 1, row[2]);
     take_row(r, x0, y0, row[0]);
     for (int y = 0; y < HALF; y++) {

@@ -75,22 +75,40 @@ struct window {
     vi column, lower;
 };
 
-static inline struct window window_of(const struct source *s, vi ix, vi iy)
+/* Of `taps` pixels in a row and in a column, from (ix, iy), in the lanes of mask; `pixels`: s->colour or cache. */
+static inline struct window window_of(const struct source *s, const uint32_t *pixels, vi ix, vi iy, int taps, vi mask)
 {
     struct window w = {.holds = false};
 #if FV_WIDTH > 4
-    int left = ix[0] - 1, first = iy[0], last = iy[FV_WIDTH - 1], top = (first < last ? first : last) - 1;
-    vi column = ix - 1 - left, row = iy - 1 - top;
-    vi within = (column >= 0) & (column <= 2 * FV_WIDTH - 4) & (ix < (int32_t)s->width - 2) & (row >= 0) & (row <= 1);
-    w.holds = left >= 0 && left + 2 * FV_WIDTH <= s->stride && top >= 0 && top + 4 <= s->last_row && !vi_any(~within);
-    w.slanted = first != last || vi_any(row > 0);
-    w.from = s->colour + (int64_t)top * s->stride + left;
+    int left = ix[0], first = iy[0], last = iy[FV_WIDTH - 1], top = first < last ? first : last;
+    vi column = ix - left, row = iy - top;
+    vi within = (column >= 0) & (column <= 2 * FV_WIDTH - taps) & (row >= 0) & (row <= 1);
+    w.holds = left >= 0 && left + 2 * FV_WIDTH <= s->stride && top >= 0 && top + taps <= s->last_row && !vi_any(mask & ~within);
+    w.lower = mask & (row > 0);
+    w.slanted = vi_any(w.lower);
+    w.from = pixels + (int64_t)top * s->stride + left;
     w.column = column;
-    w.lower = row > 0;
 #else
-    (void)s, (void)ix, (void)iy;
+    (void)s, (void)pixels, (void)ix, (void)iy, (void)taps, (void)mask;
 #endif
     return w;
+}
+
+/* The pixels of the cache at (ix, iy), in the lanes of mask; anything elsewhere. */
+static inline vi cache_at(const struct source *s, vi ix, vi iy, vi index, vi mask)
+{
+#if FV_WIDTH > 4
+    struct window w = window_of(s, s->cache, ix, iy, 1, mask);
+    if (w.holds) {
+        vi upper = vi_pick(vi_load(w.from), vi_load(w.from + FV_WIDTH), w.column);
+        if (!w.slanted) return upper;
+        const uint32_t *below = w.from + s->stride;
+        return vi_select(w.lower, vi_pick(vi_load(below), vi_load(below + FV_WIDTH), w.column), upper);
+    }
+#else
+    (void)ix, (void)iy, (void)mask;
+#endif
+    return vi_gather(s->cache, index);
 }
 
 static inline void pick_row(const struct window *w, const uint32_t *row, vi tap[4])
@@ -119,7 +137,8 @@ static inline vf3 cubic(const struct source *s, vf px, vf py)
     vi ix = vi_from(x0), iy = vi_from(y0), tap[4], below[4];
     vi first = ix > 0, last = ix < (int32_t)s->width - 2;
     vf3 sum = {vf_of(0), vf_of(0), vf_of(0)};
-    struct window window = window_of(s, ix, iy);
+    struct window window = window_of(s, s->colour, ix - 1, iy - 1, 4, vi_of(-1));
+    window.holds &= !vi_any(~last);
     cubic_weights(x - x0, wx);
     cubic_weights(y - y0, wy);
     /* At the left and right borders a pair begins or ends a pixel later or sooner: the border's pixel is both. */

@@ -33,12 +33,13 @@ static inline struct place look_up(const struct fv_reproject_tile *t, const stru
     struct place p = {.w = w};
     vf depth = along.z + m[2] * w;
     vi ahead = depth > 1e-4f;
-    vf inverse = 1.0f / vf_max(depth, vf_of(1e-4f)), scale = inverse * s->scale;
+    vf inverse = vf_reciprocal(vf_max(depth, vf_of(1e-4f))), scale = inverse * s->scale;
     p.x = vf_clamp((along.x + m[0] * w) * scale, -8, 16384);
     p.y = vf_clamp((along.y + m[1] * w) * scale, -8, 16384);
     vi inside = ahead & (p.x >= 0.0f) & (p.x < s->width) & (p.y >= 0.0f) & (p.y < s->height);
-    p.index = (vi_from(p.y) * s->stride + vi_from(p.x)) & inside;
-    p.cache = vi_gather(s->cache, p.index);
+    vi ix = vi_from(p.x), iy = vi_from(p.y);
+    p.index = (iy * s->stride + ix) & inside;
+    p.cache = cache_at(s, ix, iy, p.index, inside);
     p.history_w = cache_depth(p.cache);
     vf expected = w * inverse;
     vf nearer = vf_min(vf_max(p.history_w, expected), vf_of(FV_INVERSE_DEPTH_MAX));
@@ -320,6 +321,7 @@ void reproject(struct fv_reproject_tile *t)
     struct cells cells = {0};
     struct blocks blocks = {.columns = t->raster->width - t->x0 >= FV_TILE ? ~0u : (1u << (t->raster->width - t->x0)) - 1};
     struct layer layer[FV_TILE_OBJECTS + 1];
+    struct step v;
     int below = -1, layers = 0;
     if (t->coarse) other = source_of(t->coarse, t->raster->scale / t->coarse->scale, &t->map, 0), coarse = &other;
     t->failed = t->marked = 0;
@@ -328,8 +330,8 @@ void reproject(struct fv_reproject_tile *t)
     if (t->moves) mark_changed(t, &own, &nodes);
     if (t->objects) layers = take_layers(t, &nodes, &own, coarse, layer);
     for (int y = 0; y < t->side; y++) {
-        struct step v = {.y = (float)(t->y0 + y) + 0.5f,
-                         .out = (int64_t)(t->y0 + y) * t->raster->stride + t->x0};
+        v.y = (float)(t->y0 + y) + 0.5f;
+        v.out = (int64_t)(t->y0 + y) * t->raster->stride + t->x0;
         uint32_t filled = 0, marked = 0, bent = 0;
         float gy = ((float)y + 0.5f - t->node[1]) * (1 / t->spacing) + 1;
         int j = (int)gy;

@@ -13,9 +13,9 @@
 static inline vf pixel_encode_channel(vf linear)
 {
     vf x = vf_clamp(linear, 0, 1e4f);
-    vf y = x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f);
+    vf y = x * (2.51f * x + 0.03f) * vf_reciprocal(x * (2.43f * x + 0.59f) + 0.14f);
     y = vf_clamp(y, 0, 1);
-    vf s1 = vf_sqrt(y), s2 = vf_sqrt(s1), s3 = vf_sqrt(s2);
+    vf s1 = vf_root(y), s2 = vf_root(s1), s3 = vf_root(s2);
     vf curve = 0.662002687f * s1 + 0.684122060f * s2 - 0.323583601f * s3 - 0.0225411470f * y;
     return vf_clamp(vf_select(y < 0.0031308f, 12.92f * y, curve), 0, 1);
 }
@@ -27,8 +27,8 @@ static inline vf pixel_decode_channel(vf e)
     vf y = 0.000847712854f + e * (0.0325745922f + e * (0.519523229f + e * (0.676067463f + e * (-0.32765661f + e * 0.0987626696f))));
     y = vf_select(e < 41.5f / 1023, e * (1 / 12.92f), vf_clamp(y, 0.0031309f, 1));
     /* x of y = x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14); as a quotient, since the sum cancels where y is small. */
-    vf a = 2.51f - 2.43f * y, b = 0.59f * y - 0.03f, c = 0.14f * y, root = vf_sqrt(b * b + 4.0f * a * c);
-    return vf_select(b > 0.0f, (root + b) / (2.0f * a), 2.0f * c / (root - b));
+    vf a = 2.51f - 2.43f * y, b = 0.59f * y - 0.03f, c = 0.14f * y, root = vf_root(b * b + 4.0f * a * c);
+    return vf_select(b > 0.0f, root + b, 2.0f * c) * vf_reciprocal(vf_select(b > 0.0f, 2.0f * a, root - b));
 }
 
 static inline vi pixel_pack(vf3 encoded_1023)

