@@ -130,7 +130,7 @@ static inline void gather_row(const struct source *s, vi ix, vi row, vi tap[4])
     vi_gather_pairs(s->colour, row + right, &tap[2], &tap[3]);
 }
 
-static inline vf3 cubic(const struct source *s, vf px, vf py)
+static FV_INLINE vf3 cubic(const struct source *s, vf px, vf py)
 {
     vf x = vf_clamp(px - 0.5f, 0, s->width - 1.0f), y = vf_clamp(py - 0.5f, 0, s->height - 1.0f);
     vf x0 = vf_floor(x), y0 = vf_floor(y), wx[4], wy[4];
@@ -192,7 +192,7 @@ static inline vf3 bilinear_own(const struct source *s, const struct place *p, vi
 }
 
 /* A footprint of more than a pixel is covered by four taps, a quarter of it from its middle. */
-static inline vf3 smooth_colour(const struct fv_reproject_tile *t, const struct source *s, const struct place *p)
+static FV_INLINE vf3 smooth_colour(const struct fv_reproject_tile *t, const struct source *s, const struct place *p)
 {
     if (!(t->footprint * s->scale > 1.25f)) return t->sharp ? cubic(s, p->x, p->y) : bilinear(s, p->x, p->y);
     vf3 sum = {vf_of(0), vf_of(0), vf_of(0)};
@@ -204,7 +204,7 @@ static inline vf3 smooth_colour(const struct fv_reproject_tile *t, const struct 
 
 /* Of a place that is good. Along outlines colours must not mix, or each frame's would stay behind on what it
  * uncovers. */
-static inline vf3 history_colour(const struct fv_reproject_tile *t, const struct source *s, const struct place *p)
+static FV_INLINE vf3 history_colour(const struct fv_reproject_tile *t, const struct source *s, const struct place *p)
 {
     vf3 colour = smooth_colour(t, s, p);
     if (!t->moves) return colour;

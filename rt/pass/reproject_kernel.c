@@ -70,23 +70,6 @@ static inline void prefer(struct place *best, const struct place *p)
     best->good |= p->good;
 }
 
-/* Further guesses of the lanes that are at an edge or where the first one failed. */
-static inline void try_others(const struct fv_reproject_tile *t, const struct source *s, vf3 along, vf nearest,
-                              vf farthest, vi edge, struct place *best)
-{
-    struct place shown = look_up(t, s, along, history_surface(s, along, best));
-    struct place front = look_up(t, s, along, nearest), back = look_up(t, s, along, vf_max(farthest, vf_of(0)));
-    struct place front_shown = look_up(t, s, along, history_surface(s, along, &front));
-    shown.good &= edge | ~best->good;
-    front.good &= edge;
-    front_shown.good &= edge;
-    back.good &= edge & (farthest >= 0.0f);
-    prefer(best, &shown);
-    prefer(best, &front);
-    prefer(best, &front_shown);
-    prefer(best, &back);
-}
-
 /* The support image's colour at pixel coordinates, bilinear. */
 static inline vf3 support_colour(const struct fv_reproject_tile *t, vf px, vf py)
 {
@@ -172,12 +155,31 @@ static inline void prefetch_below(const struct source *s, vi index)
     __builtin_prefetch(s->colour + ahead + FV_WIDTH);
 }
 
+/* Further guesses of the lanes that are at an edge or where the first one failed. */
+static __attribute__((noinline)) void try_others(const struct fv_reproject_tile *t, const struct source *s,
+                                                 const struct step *v, vi edge, struct place *best)
+{
+    vf3 along = v->along;
+    vf nearest = v->nearest, farthest = v->farthest;
+    struct place shown = look_up(t, s, along, history_surface(s, along, best));
+    struct place front = look_up(t, s, along, nearest), back = look_up(t, s, along, vf_max(farthest, vf_of(0)));
+    struct place front_shown = look_up(t, s, along, history_surface(s, along, &front));
+    shown.good &= edge | ~best->good;
+    front.good &= edge;
+    front_shown.good &= edge;
+    back.good &= edge & (farthest >= 0.0f);
+    prefer(best, &shown);
+    prefer(best, &front);
+    prefer(best, &front_shown);
+    prefer(best, &back);
+}
+
 /* The best guess; where it holds, w is the depth that it has here. */
 static inline struct place find(const struct fv_reproject_tile *t, const struct source *s, const struct step *v)
 {
     struct place best = look_up(t, s, v->along, v->w);
     vi edge = (v->nearest - v->farthest > 4.0f * t->epsilon * v->nearest) | v->mixed;
-    if (vi_any(edge | ~best.good)) try_others(t, s, v->along, v->nearest, v->farthest, edge, &best);
+    if (vi_any(edge | ~best.good)) try_others(t, s, v, edge, &best);
     best.good &= v->here;
     best.w = vf_select((edge | vi_of(-(int32_t)t->still)) & best.good, history_surface(s, v->along, &best), best.w);
     return best;
@@ -201,6 +203,13 @@ static inline unsigned finish(const struct fv_reproject_tile *t, const struct st
     return vi_bits(filled);
 }
 
+/* Apart, since these are few: pixels that come from the coarse raster, and those among moving objects. */
+static __attribute__((noinline)) void other_colour(const struct fv_reproject_tile *t, const struct source *s,
+                                                   const struct place *p, vf3 *colour)
+{
+    *colour = history_colour(t, s, p);
+}
+
 static inline unsigned carry(const struct fv_reproject_tile *t, const struct source *s, const struct source *coarse,
                              struct step *v)
 {
@@ -210,7 +219,9 @@ static inline unsigned carry(const struct fv_reproject_tile *t, const struct sou
     if (coarse && vi_any(~best.good)) {
         struct place other = find(t, coarse, v);
         other.good &= ~best.good;
-        colour = vf3_select(other.good, history_colour(t, coarse, &other), colour);
+        vf3 there;
+        other_colour(t, coarse, &other, &there);
+        colour = vf3_select(other.good, there, colour);
         prefer(&best, &other);
     }
     unsigned filled = finish(t, v, &best, colour);
@@ -278,12 +289,14 @@ static __attribute__((noinline)) unsigned carry_layers(const struct fv_reproject
         p = find(t, &layer[l].coarse, &v);
         prefer(&other, &p);
     }
-    vf3 colour = history_colour(t, own, &best);
+    vf3 colour, there;
+    other_colour(t, own, &best, &colour);
     vi outline = t->stirs ? at_outline(own, &best, 1) : vi_of(0);
     other.good &= ~best.good;
     if (vi_any(other.good)) {
         if (t->stirs) outline |= other.good & at_outline(coarse, &other, 1);
-        colour = vf3_select(other.good, history_colour(t, coarse, &other), colour);
+        other_colour(t, coarse, &other, &there);
+        colour = vf3_select(other.good, there, colour);
         prefer(&best, &other);
     }
     all->moving = table_mask(cells->moving, all->cell);

@@ -28,6 +28,9 @@
 #define FV_ISA_EXPAND(name, isa) FV_ISA_PASTE(name, isa)
 #define FV_ISA_NAME(name) FV_ISA_EXPAND(name, FV_ISA)
 
+/* Where a call would put a register file of vectors into memory and back. */
+#define FV_INLINE inline __attribute__((always_inline))
+
 typedef float vf __attribute__((vector_size(4 * FV_WIDTH)));
 typedef int32_t vi __attribute__((vector_size(4 * FV_WIDTH)));
 typedef uint32_t vu __attribute__((vector_size(4 * FV_WIDTH)));
