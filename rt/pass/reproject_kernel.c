@@ -306,25 +306,32 @@ static __attribute__((noinline)) unsigned carry_layers(const struct fv_reproject
     return filled;
 }
 
-/* Masks of a tile's blocks from those of its rows of pixels. */
+/* Of a row of blocks, collected from its rows of pixels. */
 struct blocks {
     int missing[FV_BLOCKS];
-    uint32_t columns; /* pixels of a row that lie in the picture */
+    uint32_t marked, bent, filled; /* of all its rows together */
+    uint32_t columns;              /* pixels of a row that lie in the picture */
 };
 
-static void count_blocks(struct fv_reproject_tile *t, struct blocks *b, int y, uint32_t filled, uint32_t marked,
-                         uint32_t bent)
+static void count_row(const struct fv_reproject_tile *t, struct blocks *b, int y, uint32_t filled, uint32_t marked,
+                      uint32_t bent)
 {
     uint32_t inside = t->y0 + y < t->raster->height ? b->columns : 0;
-    for (int i = 0; i * FV_BLOCK < t->side; i++) {
-        uint64_t bit = 1ull << (y / FV_BLOCK * FV_BLOCKS + i);
-        if (marked >> (FV_BLOCK * i) & 15) t->marked |= bit;
-        if ((bent & inside) >> (FV_BLOCK * i) & 15) t->failed |= bit;
-        b->missing[i] += __builtin_popcount((filled & inside) >> (FV_BLOCK * i) & 15);
-        if (y % FV_BLOCK != FV_BLOCK - 1) continue;
-        if (b->missing[i] >= FV_BLOCK) t->failed |= bit;
-        b->missing[i] = 0;
+    filled &= inside;
+    b->marked |= marked;
+    b->bent |= bent & inside;
+    b->filled |= filled;
+    for (int i = 0; filled; i++, filled >>= FV_BLOCK) b->missing[i] += __builtin_popcount(filled & 15);
+}
+
+static void count_blocks(struct fv_reproject_tile *t, struct blocks *b, int row)
+{
+    for (int i = 0; i * FV_BLOCK < t->side && (b->marked | b->bent | b->filled); i++) {
+        uint64_t bit = 1ull << (row * FV_BLOCKS + i);
+        if (b->marked >> (FV_BLOCK * i) & 15) t->marked |= bit;
+        if ((b->bent >> (FV_BLOCK * i) & 15) || b->missing[i] >= FV_BLOCK) t->failed |= bit;
     }
+    *b = (struct blocks){.columns = b->columns};
 }
 
 void reproject(struct fv_reproject_tile *t)
@@ -362,6 +369,7 @@ void reproject(struct fv_reproject_tile *t)
             bent |= vi_bits(v.bent) << x;
             v.out += FV_WIDTH;
         }
-        count_blocks(t, &blocks, y, filled, marked, bent);
+        count_row(t, &blocks, y, filled, marked, bent);
+        if (y % FV_BLOCK == FV_BLOCK - 1) count_blocks(t, &blocks, y / FV_BLOCK);
     }
 }

@@ -37,6 +37,10 @@ static int run(struct fv_frame *f, const struct fv_tile *at)
         *selected = inside;
         return 1;
     }
+    if (constant && tile.density == FV_COARSE && FV_BLOCK << f->cluster_shift == FV_TILE / 2) {
+        *selected = fv_tile_threshold(f, &tile, 0) < p ? inside : 0;
+        return 1;
+    }
     for (uint64_t left = inside; left; left &= left - 1) {
         int block = __builtin_ctzll(left);
         if (!constant) {
