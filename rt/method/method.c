@@ -12,13 +12,14 @@ static void full_parameters(const struct fv_config *config, int level, struct fv
 }
 
 /* From the whole image sharp to the smallest that is safe, each at about three quarters of the time of the
- * one before: p_min gives way first, then the radii, then the support image. */
+ * one before: p_min gives way first, then the radii, at last the support image, which is never sparser than every
+ * 16 pixels. */
 static const struct {
     float p_min, radius; /* radius: of what the settings say */
     int support;         /* the same, of the spacing */
 } reproject_levels[] = {
     {1, 1, 1},     {0.4f, 1, 1},     {0.2f, 1, 1},      {0.1f, 1, 1},      {0.05f, 1, 1},
-    {0.02f, 1, 1}, {0.01f, 0.6f, 1}, {0.01f, 0.26f, 1}, {0.01f, 0.26f, 2},
+    {0.02f, 1, 1}, {0.01f, 0.6f, 1}, {0.01f, 0.26f, 1}, {0.004f, 0.26f, 2},
 };
 enum { REPROJECT_LEVELS = 1 + sizeof reproject_levels / sizeof reproject_levels[0] };
 
@@ -34,7 +35,8 @@ static void reproject_parameters(const struct fv_config *config, int level, stru
         f.r0_deg = f.r0_deg * scale > floor_deg ? f.r0_deg * scale : floor_deg;
         f.r1_deg = f.r1_deg * scale > f.r0_deg ? f.r1_deg * scale : f.r0_deg;
         f.p_min = reproject_levels[level - 1].p_min;
-        spacing = spacing * reproject_levels[level - 1].support > 16 ? 16 : spacing * reproject_levels[level - 1].support;
+        spacing *= reproject_levels[level - 1].support;
+        if (spacing > 16) spacing = 16;
     }
     *out = (struct fv_parameters){.foveal = f, .spp = 1, .spacing = spacing};
 }
