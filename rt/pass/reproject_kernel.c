@@ -185,7 +185,8 @@ static inline struct place find(const struct fv_reproject_tile *t, const struct 
     return best;
 }
 
-/* What was found, or the support image, into the raster; returns the bits of the pixels without history. */
+/* What was found, or the support image, into the raster; returns the bits of the pixels without history, or whose
+ * history was never sampled. */
 static inline unsigned finish(const struct fv_reproject_tile *t, const struct step *v, const struct place *best,
                               vf3 colour)
 {
@@ -196,11 +197,12 @@ static inline unsigned finish(const struct fv_reproject_tile *t, const struct st
         colour = vf3_select(filled, support_colour(t, v->px, vf_of(v->y)), colour);
         depth = vf_select(filled, vf_select(v->farthest < 0.0f, v->farthest, v->w), depth);
     }
+    vi missing = filled | (cache_rho(best->cache) == 0);
     vi none = FV_CACHE_OLDEST | (vi_select(filled, v->moving, kept) & FV_CACHE_MOVING);
     kept = vi_select(filled | v->bent, none, kept);
     vi_store(t->raster->colour + v->out, pixel_pack(colour) | (filled & (int32_t)FV_PIXEL_FILLED));
     vi_store(t->raster->cache + v->out, cache_of_depth(depth) | kept);
-    return vi_bits(filled);
+    return vi_bits(missing);
 }
 
 /* Apart, since these are few: pixels that come from the coarse raster, and those among moving objects. */

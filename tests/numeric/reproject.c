@@ -172,6 +172,8 @@ static void check_pixel(uint32_t colour, uint32_t cache, int x, int y)
     if (colour & FV_PIXEL_FILLED) assert_int_equal(cache & 0xffff, FV_CACHE_OLDEST);
 }
 
+static uint64_t failed_blocks[TILES_X * TILES_Y]; /* by the last carry */
+
 /* All tiles; returns how many pixels inside the picture found no history. */
 static int carry(struct buffers *b, const struct fv_map *map, int isa, int mode)
 {
@@ -197,6 +199,7 @@ static int carry(struct buffers *b, const struct fv_map *map, int isa, int mode)
                                       .epsilon = 0.03f,
                                       .epsilon_luminance = 0.3f};
         fv_kernels((enum fv_isa)isa)->reproject(&t);
+        failed_blocks[i] = t.failed;
     }
     for (int y = 0; y < raster.height; y++)
         for (int x = 0; x < raster.width; x++) {
@@ -238,6 +241,34 @@ static void equal_poses_copy(void **state)
                             fail_msg("pose %d, depth %g, mode %d: %d %d: cache %08x from %08x", p, (double)depth, mode, x,
                                      y, r->cache[i], was);
                     }
+            }
+    free_buffers(&b);
+}
+
+/* History that was only ever filled in is shown, but its block is to be sampled, once a quarter of it is so. */
+static void what_was_filled_is_asked_for(void **state)
+{
+    (void)state;
+    static const double here[3] = {0, 0, 0};
+    static const struct {
+        int pixels;
+        uint64_t failed;
+    } cases[] = {{0, 0}, {3, 0}, {4, 1ull << 9}, {16, 1ull << 9}};
+    struct buffers b = make_buffers();
+    struct fv_map map = map_between(here, no_turn, here, no_turn);
+    for (int mode = 0; mode < MODES; mode++)
+        for (int n = 0; n < 4; n++) FOR_EACH_ISA
+            {
+                const struct pixels *r = &b.raster[density_of(mode)];
+                int stride = of_raster(STRIDE, mode);
+                fill(&b, 0.5f);
+                for (int i = 0; i < stride * of_raster(ROWS, mode); i++) r->history_cache[i] |= 0x100;
+                for (int i = 0; i < cases[n].pixels; i++)
+                    r->history_cache[(4 + i / 4) * stride + 4 + i % 4] &= 0xffff00ff;
+                assert_int_equal(carry(&b, &map, isa, mode), 0);
+                for (int i = 0; i < TILES_X * TILES_Y; i++)
+                    assert_true(failed_blocks[i] == (i == 0 ? cases[n].failed : 0));
+                assert_int_equal(r->colour[5 * stride + 5], r->history_colour[5 * stride + 5] & 0x3fffffff);
             }
     free_buffers(&b);
 }
@@ -400,6 +431,7 @@ static void all_odd_values(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(equal_poses_copy), cmocka_unit_test(coarse_history_is_found),
+                                       cmocka_unit_test(what_was_filled_is_asked_for),
                                        cmocka_unit_test(extreme_motion),
                                        cmocka_unit_test(one_odd_value), cmocka_unit_test(all_odd_values)};
     return cmocka_run_group_tests(tests, NULL, NULL);
