@@ -83,9 +83,9 @@ static const struct {
     {"steps aside, turning", &in_room, &beside, 10, 30, 0},
     {"goes through the wall", &in_room, &behind_wall, 0.1, 0.1, 0},
     {"looks back from behind it", &behind_wall, &behind_and_back, 2, 4, 0},
-    /* What history shows of the same place is the wall's other side, which fades. */
+    /* What history shows of the same place is, both ways, the wall's other side, which fades. */
     {"into the wall's plane", &in_room, &on_wall, 12, 120, 16},
-    {"out of it", &on_wall, &in_room, 15, 60, 0},
+    {"out of it", &on_wall, &in_room, 12, 40, 16},
     {"onto the floor", &beside, &on_floor, 12, 30, 0},
     {"against a screen", &in_room, &at_screen, 30, 70, 0},
     {"away from it: all is new", &at_screen, &in_room, 12, 35, 0},
