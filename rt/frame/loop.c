@@ -10,9 +10,9 @@ static const double degree = 3.14159265358979323846 / 180;
 
 /* k(dt) of Weier et al. 2016, section 3.4: min(exp(x0 + (dt - 1) / (t_max - 1) (x1 - x0)), k_max), with x0 and
  * x1 the logarithms of k_min and k_max; k_min 0 stands for the least there is, t_max 1 for k_max at once. */
-static double least_weight(const struct fv_config *c, int age)
+static double least_weight(const struct fv_config *c, double k_min, int age)
 {
-    double low = log(fmax(c->method_k_min, 1e-6)), high = log(fmax(c->method_k_max, 1e-6));
+    double low = log(fmax(k_min, 1e-6)), high = log(fmax(c->method_k_max, 1e-6));
     double at = c->method_t_max > 1 ? (double)(age - 1) / (double)(c->method_t_max - 1) : 1;
     return fmin(exp(low + fmin(fmax(at, 0), 1) * (high - low)), c->method_k_max);
 }
@@ -24,13 +24,16 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
     f->resample = (float)c->method_resample;
     f->density_deg = (float)c->method_density_deg;
     f->light_divisor = (int)c->method_light_divisor;
+    f->post_filter = (int)c->method_post_filter;
     f->cluster_shift = (int)c->method_cluster / 2;
     f->keep = strcmp(c->method_history, "keep") == 0;
     f->support_counts = strcmp(c->method_support_samples, "count") == 0;
     f->sharp = strcmp(c->method_history_filter, "cubic") == 0;
     for (int age = 0; age < 128; age++) {
-        f->k[0][age] = (float)least_weight(c, age);
+        f->k[0][age] = (float)least_weight(c, c->method_k_min, age);
         f->k[1][age] = fminf(f->k[0][age], 1 / 256.0f);
+        f->light_k[0][age] = (float)least_weight(c, c->method_light_k_min, age);
+        f->light_k[1][age] = fminf(f->light_k[0][age], 1 / 256.0f);
     }
 }
 

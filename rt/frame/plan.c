@@ -119,13 +119,35 @@ static void name_users(const struct fv_plan *p, enum fv_buffer b, char *out, siz
     }
 }
 
+/* Buffers of colours: of each plane one image. */
+enum {
+    COLOURS = FV_BIT(FV_COLOUR) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_HISTORY_COLOUR) |
+              FV_BIT(FV_COARSE_HISTORY_COLOUR) | FV_BIT(FV_SUPPORT_COLOUR)
+};
+
+static void choose_light(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config,
+                         const struct fv_frame *f)
+{
+    bool sampled = s->features & FV_SCENE_STOCHASTIC, asked = strcmp(config->method_light, "apart") == 0;
+    bool apart = p->history && sampled && asked;
+    int64_t bytes = 0;
+    for (int b = 0; b < FV_BUFFERS; b++)
+        if (COLOURS & p->buffers & FV_BIT(b)) bytes += f->eyes * (FV_PLANES - 1) * bytes_of(f, (enum fv_buffer)b);
+    p->planes = apart ? FV_PLANES : 1;
+    fv_plan_add(p, "feature", "light kept apart", apart, p->history ? bytes : 0, "%s",
+                !p->history ? "the method keeps no history"
+                : !sampled  ? "no light is sampled"
+                : apart     ? "method.light is apart: albedo and light beside each colour"
+                            : "method.light is whole");
+}
+
 static void choose_buffers(struct fv_plan *p, const struct fv_frame *f)
 {
     int64_t of_one_eye = 0;
     char users[128];
     for (int b = 0; b < FV_BUFFERS; b++) {
         bool kept = p->buffers & FV_BIT(b), swapped = b >= FV_HISTORY_COLOUR && b <= FV_COARSE_HISTORY_CACHE;
-        int64_t bytes = bytes_of(f, (enum fv_buffer)b);
+        int64_t bytes = bytes_of(f, (enum fv_buffer)b) * (COLOURS & FV_BIT(b) ? p->planes : 1);
         if (kept) of_one_eye += bytes;
         p->bytes[b] = kept ? f->eyes * bytes : 0;
         name_users(p, (enum fv_buffer)b, users, sizeof users);
@@ -292,6 +314,7 @@ void fv_plan_make(struct fv_plan *p, const struct fv_method *method, const struc
 {
     *p = (struct fv_plan){.method = method};
     choose_passes(p, config);
+    choose_light(p, scene, config, frame);
     choose_buffers(p, frame);
     choose_features(p, scene, config);
     choose_variant(p, scene);
@@ -308,6 +331,8 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
         f->buffer[b][0] = bytes;
         if (f->eyes == 2 && b != FV_SELECTED && b != FV_RESAMPLED) f->buffer[b][1] = bytes + p->bytes[b] / 2;
     }
+    f->planes = p->planes;
+    f->support_plane = f->stride / f->spacing * (f->rows / f->spacing);
     f->scratch = fv_arena_take(fv_arena(), "worker scratch", (size_t)workers * sizeof *f->scratch, 64);
     f->noise = p->noise ? fv_noise() : NULL;
     if (!p->history) return;

@@ -17,6 +17,7 @@ struct fv_plan {
     uint32_t needs;                 /* enum fv_needs of the passes together */
     bool noise;                     /* a pass needs the blue-noise mask */
     bool gaze;                      /* something uses where the eye looks: else its source is not opened */
+    int planes;                     /* images of a buffer of colours (rt/pass/pass.h) */
     enum fv_variant variant;        /* of the tracing kernel */
     int workers;                    /* to be started */
     int rows;

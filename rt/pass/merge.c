@@ -8,8 +8,9 @@ enum {
     REACH = 3 /* of the filters that interpolate history, in pixels beyond a tile */
 };
 
-static void merge(struct fv_frame *f, const struct fv_tile *tile, int count, const uint32_t *sample,
-                  const float *inverse_depth, const int32_t *surface)
+/* `sample`: of f->planes. */
+static void merge(struct fv_frame *f, const struct fv_tile *tile, int count,
+                  const uint32_t (*sample)[FV_SAMPLES_MAX], const float *inverse_depth, const int32_t *surface)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     const struct fv_merge m = {.count = count,
@@ -17,14 +18,20 @@ static void merge(struct fv_frame *f, const struct fv_tile *tile, int count, con
                                .epsilon = f->epsilon_depth,
                                .still = f->still,
                                .k = f->k[f->still],
-                               .sample = sample,
+                               .sample = sample[FV_PLANE_BASE],
                                .inverse_depth = inverse_depth,
                                .surface = surface,
                                .nearest = s->nearest,
                                .farthest = s->farthest,
                                .replaced = s->replaced,
-                               .colour = s->merged_colour,
-                               .cache = s->merged_cache};
+                               .colour = s->merged_colour[FV_PLANE_BASE],
+                               .cache = s->merged_cache,
+                               .apart = fv_light_apart(f),
+                               .light_k = f->light_k[f->still],
+                               .sample_albedo = sample[FV_PLANE_ALBEDO],
+                               .sample_light = sample[FV_PLANE_LIGHT],
+                               .albedo = s->merged_colour[FV_PLANE_ALBEDO],
+                               .light = s->merged_colour[FV_PLANE_LIGHT]};
     f->kernels->merge(&m);
 }
 
@@ -45,10 +52,25 @@ static uint32_t rows_of(uint64_t blocks)
     return rows;
 }
 
+/* Of the blocks' pixels, albedo and light: to the worker, or back. */
+static void move_apart(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks, bool back)
+{
+    const struct fv_raster *raster = fv_tile_raster(f, tile);
+    for (int p = FV_PLANE_ALBEDO; p < FV_PLANES; p++) {
+        uint32_t *merged = f->scratch[tile->worker].merged_colour[p];
+        for (uint64_t left = blocks; left; left &= left - 1)
+            for (int y = 0; y < FV_BLOCK; y++, merged += FV_BLOCK) {
+                uint32_t *row = raster->colour + p * raster->plane + fv_block_row(f, tile, __builtin_ctzll(left), y);
+                memcpy(back ? row : merged, back ? merged : row, FV_BLOCK * sizeof *row);
+            }
+    }
+}
+
 void fv_merge_blocks(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks, uint64_t replaced)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     const struct fv_raster *raster = fv_tile_raster(f, tile);
+    uint32_t *colour = s->merged_colour[FV_PLANE_BASE];
     int n = 0;
     take_bounds(f, tile, rows_of(blocks));
     for (uint64_t left = blocks; left; left &= left - 1) {
@@ -58,20 +80,22 @@ void fv_merge_blocks(struct fv_frame *f, const struct fv_tile *tile, uint64_t bl
         for (int i = 0; i < BLOCK_PIXELS; i++) s->replaced[n + i] = dropped;
         for (int y = 0; y < FV_BLOCK; y++, n += FV_BLOCK) {
             int64_t at = fv_block_row(f, tile, block, y);
-            memcpy(s->merged_colour + n, raster->colour + at, FV_BLOCK * sizeof(uint32_t));
+            memcpy(colour + n, raster->colour + at, FV_BLOCK * sizeof(uint32_t));
             memcpy(s->merged_cache + n, raster->cache + at, FV_BLOCK * sizeof(uint32_t));
             memcpy(s->nearest + n, s->tile_nearest + first + y * FV_TILE, FV_BLOCK * sizeof(float));
             memcpy(s->farthest + n, s->tile_farthest + first + y * FV_TILE, FV_BLOCK * sizeof(float));
         }
     }
+    if (fv_light_apart(f)) move_apart(f, tile, blocks, false);
     merge(f, tile, n, s->pixel, s->samples.inverse_depth, s->samples.surface);
     n = 0;
     for (uint64_t left = blocks; left; left &= left - 1)
         for (int y = 0; y < FV_BLOCK; y++, n += FV_BLOCK) {
             int64_t at = fv_block_row(f, tile, __builtin_ctzll(left), y);
-            memcpy(raster->colour + at, s->merged_colour + n, FV_BLOCK * sizeof(uint32_t));
+            memcpy(raster->colour + at, colour + n, FV_BLOCK * sizeof(uint32_t));
             memcpy(raster->cache + at, s->merged_cache + n, FV_BLOCK * sizeof(uint32_t));
         }
+    if (fv_light_apart(f)) move_apart(f, tile, blocks, true);
 }
 
 void fv_merge_nodes(struct fv_frame *f, const struct fv_tile *tile)
@@ -81,7 +105,6 @@ void fv_merge_nodes(struct fv_frame *f, const struct fv_tile *tile)
     const uint32_t *colour = f->buffer[FV_SUPPORT_COLOUR][tile->eye];
     const float *depth = f->buffer[FV_SUPPORT_DEPTH][tile->eye];
     const uint8_t *seen = f->buffer[FV_SUPPORT_SURFACE][tile->eye];
-    _Alignas(64) uint32_t sample[FV_TILE / 4 * FV_TILE / 4];
     _Alignas(64) float inverse_depth[FV_TILE / 4 * FV_TILE / 4];
     _Alignas(64) int32_t surface[FV_TILE / 4 * FV_TILE / 4];
     int64_t at[FV_TILE / 4 * FV_TILE / 4];
@@ -96,19 +119,21 @@ void fv_merge_nodes(struct fv_frame *f, const struct fv_tile *tile)
             int64_t node = (tile->y0 / f->spacing + y) * (f->stride / f->spacing) + tile->x0 / f->spacing + x;
             int column = (x * f->spacing + node_x) >> tile->shift, row = (y * f->spacing + node_y) >> tile->shift;
             at[n] = fv_tile_row(f, tile, row) + column;
-            sample[n] = colour[node];
+            for (int p = 0; p < f->planes; p++) {
+                s->pixel[p][n] = colour[p * f->support_plane + node];
+                s->merged_colour[p][n] = raster->colour[p * raster->plane + at[n]];
+            }
             inverse_depth[n] = seen[node] & FV_SURFACE_OLD ? FV_DEPTH_UNKNOWN : depth[node];
             surface[n] = seen[node];
-            s->merged_colour[n] = raster->colour[at[n]];
             s->merged_cache[n] = raster->cache[at[n]];
             s->replaced[n] = 0;
             s->nearest[n] = s->tile_nearest[row * FV_TILE + column];
             s->farthest[n] = s->tile_farthest[row * FV_TILE + column];
         }
-    for (int i = n; i < BLOCK_PIXELS; i++) sample[i] = 0, inverse_depth[i] = FV_DEPTH_UNKNOWN, surface[i] = 0;
-    merge(f, tile, n, sample, inverse_depth, surface);
+    for (int i = n; i < BLOCK_PIXELS; i++) inverse_depth[i] = FV_DEPTH_UNKNOWN, surface[i] = 0;
+    merge(f, tile, n, s->pixel, inverse_depth, surface);
     for (int i = 0; i < n; i++) {
-        raster->colour[at[i]] = s->merged_colour[i];
+        for (int p = 0; p < f->planes; p++) raster->colour[p * raster->plane + at[i]] = s->merged_colour[p][i];
         raster->cache[at[i]] = s->merged_cache[i];
     }
 }
@@ -126,9 +151,13 @@ static void border(struct fv_frame *f, const struct fv_tile *tile, int dx, int d
     const struct fv_raster *fine = &f->raster[FV_FINE][tile->eye], *coarse = &f->raster[FV_COARSE][tile->eye];
     int left = dx > 0 ? FV_TILE - REACH : 0, right = dx < 0 ? REACH : FV_TILE;
     int top = dy > 0 ? FV_TILE - REACH : 0, bottom = dy < 0 ? REACH : FV_TILE;
-    for (int y = tile->y0 + top; y < tile->y0 + bottom; y++)
-        for (int x = tile->x0 + left; x < tile->x0 + right; x++)
-            fine->colour[y * fine->stride + x] = coarse->colour[y / 2 * coarse->stride + x / 2] & FV_PIXEL_COLOUR;
+    for (int p = 0; p < f->planes; p++) {
+        uint32_t *to = fine->colour + p * fine->plane;
+        const uint32_t *from = coarse->colour + p * coarse->plane;
+        for (int y = tile->y0 + top; y < tile->y0 + bottom; y++)
+            for (int x = tile->x0 + left; x < tile->x0 + right; x++)
+                to[y * fine->stride + x] = from[y / 2 * coarse->stride + x / 2] & FV_PIXEL_COLOUR;
+    }
 }
 
 static void borders(struct fv_frame *f, const struct fv_tile *tile)
@@ -139,6 +168,18 @@ static void borders(struct fv_frame *f, const struct fv_tile *tile)
             bool there = column + dx >= 0 && column + dx < f->tiles_x && row + dy >= 0 && row + dy < f->tiles_y;
             if (there && f->state[tile->index + dy * f->tiles_x + dx].density == FV_FINE) border(f, tile, dx, dy);
         }
+}
+
+/* Rows of albedo and light at half the density; what the light is worth is one pixel's. */
+static void halve_apart(struct fv_frame *f, const struct fv_raster *fine, int64_t from, const struct fv_raster *coarse,
+                        int64_t to, int n)
+{
+    for (int p = FV_PLANE_ALBEDO; p < FV_PLANES; p++) {
+        const uint32_t *row = fine->colour + p * fine->plane + from;
+        uint32_t *out = coarse->colour + p * coarse->plane + to;
+        f->kernels->halve(row, row + fine->stride, out, n);
+        for (int x = 0; x < n; x++) out[x] = (out[x] & FV_PIXEL_COLOUR) | (row[2 * x] & ~FV_PIXEL_COLOUR);
+    }
 }
 
 void fv_merge_coarse(struct fv_frame *f, const struct fv_tile *tile)
@@ -154,6 +195,7 @@ void fv_merge_coarse(struct fv_frame *f, const struct fv_tile *tile)
         int64_t from = (int64_t)(tile->y0 + 2 * y) * fine->stride + tile->x0;
         int64_t to = (int64_t)(tile->y0 / 2 + y) * coarse->stride + tile->x0 / 2;
         f->kernels->halve(fine->colour + from, fine->colour + from + fine->stride, coarse->colour + to, HALF);
+        if (fv_light_apart(f)) halve_apart(f, fine, from, coarse, to, HALF);
         const uint32_t *cache = fine->cache + from;
         if (f->tracer->instances > 0)
             for (int x = 0; x < HALF; x++) coarse->cache[to + x] = coarse_cache(cache + 2 * x, cache + fine->stride + 2 * x);

@@ -18,6 +18,10 @@ struct fv_merge {
     const int32_t *surface;     /* of the samples, enum fv_surface */
     const int32_t *replaced;    /* masks: what stands there is dropped */
     uint32_t *colour, *cache;   /* in: reprojected; out: merged, with FV_PIXEL_SAMPLED */
+    bool apart;                 /* sampled light is kept apart (enum fv_plane); so are these, else unused: */
+    const float *light_k;       /* as k */
+    const uint32_t *sample_albedo, *sample_light;
+    uint32_t *albedo, *light;
 };
 
 /* The worker's samples and pixels (scratch) into the tile's blocks that they were placed in. `replaced`:
@@ -26,6 +30,10 @@ void fv_merge_blocks(struct fv_frame *frame, const struct fv_tile *tile, uint64_
 
 /* The support image's nodes that lie in the tile, each into its pixel. */
 void fv_merge_nodes(struct fv_frame *frame, const struct fv_tile *tile);
+
+/* Light of the tile's blocks that is worth one sample is smoothed where better light is near: the post filter of
+ * Weier et al. 2016, section 3.5. Only where light is kept apart. */
+void fv_merge_filter(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);
 
 /* A fine tile into the coarse raster, or the borders that a coarse tile has with fine ones into the fine raster:
  * colours that these tiles' history is interpolated with. */

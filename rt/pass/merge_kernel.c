@@ -22,12 +22,57 @@ static inline vf dither(int i, uint32_t seed)
     return vf_from((vi)((n >> 8) & 0xffff)) * 0x1p-16f;
 }
 
+static inline vi pack_dithered(vf3 code, vf noise)
+{
+    vi r = vi_from(vf_clamp(code.x + noise, 0, 1023)), g = vi_from(vf_clamp(code.y + noise, 0, 1023)),
+       b = vi_from(vf_clamp(code.z + noise, 0, 1023));
+    return r | (g << 10) | (b << 20);
+}
+
 /* history moved towards the sample by alpha of the way in linear light, both encoded. What is added is a
  * difference of encodings, so that decoding need not be their exact inverse. */
 static inline vf blend(vf history, vf sample, vf alpha)
 {
     vf h = pixel_decode_channel(history * (1 / 1023.0f)), s = pixel_decode_channel(sample * (1 / 1023.0f));
     return history + 1023.0f * (pixel_encode_channel(h + alpha * (s - h)) - pixel_encode_channel(h));
+}
+
+/* The same of codes of albedo and of light (trace/pixel.h). */
+static inline vf blend_albedo(vf history, vf sample, vf alpha)
+{
+    vf h = history * history;
+    return vf_root(h + alpha * (sample * sample - h));
+}
+
+static inline vf blend_light(vf history, vf sample, vf alpha)
+{
+    vf h = pixel_decode_light(history * (1 / 1023.0f)), s = pixel_decode_light(sample * (1 / 1023.0f));
+    return 1023.0f * pixel_encode_light(h + alpha * (s - h));
+}
+
+/* What becomes of a vector's colours. */
+struct weight {
+    vf alpha, rho;
+    vi fresh, leave, age; /* masks: replaced by the sample; left as they are */
+};
+
+/* Albedo like the colours. Light keeps its own count of samples (enum fv_plane), to 16; from there on rho is it,
+ * which grows with it, but to less where alpha has a higher least. */
+static __attribute__((noinline)) void merge_apart(const struct fv_merge *m, int i, const struct weight *w)
+{
+    vi albedo = vi_load(m->albedo + i), light = vi_load(m->light + i), new_light = vi_load(m->sample_light + i);
+    vi count = ((albedo >> 30) & 3) | ((light >> 28) & 12);
+    vf beta = vf_max(1.0f / (vf_max(vf_from(count) + 1.0f, w->rho) + 1.0f), vf_gather(m->light_k, w->age));
+    vf3 a = pixel_unpack(albedo), as = pixel_unpack(vi_load(m->sample_albedo + i));
+    vf3 l = pixel_unpack(light), ls = pixel_unpack(new_light);
+    vf noise = dither(i, m->seed ^ 0x5bd1e995u);
+    vf3 mean_a = {blend_albedo(a.x, as.x, w->alpha), blend_albedo(a.y, as.y, w->alpha), blend_albedo(a.z, as.z, w->alpha)};
+    vf3 mean_l = {blend_light(l.x, ls.x, beta), blend_light(l.y, ls.y, beta), blend_light(l.z, ls.z, beta)};
+    vi counted = ~w->fresh & (count + ((count < 15) & 1));
+    vi packed_a = vi_select(w->fresh, vi_load(m->sample_albedo + i), pack_dithered(mean_a, noise)) | (counted << 30);
+    vi packed_l = vi_select(w->fresh, new_light, pack_dithered(mean_l, noise)) | ((counted & 12) << 28);
+    vi_store(m->albedo + i, vi_select(w->leave, albedo, packed_a));
+    vi_store(m->light + i, vi_select(w->leave, light, packed_l));
 }
 
 /* By the weight alpha of the new sample: 1 / (rho + 1), so that all count alike, but at least k of the
@@ -50,15 +95,17 @@ void merge(const struct fv_merge *m)
         vf rest = 1.0f - alpha;
         vf3 h = pixel_unpack(colour), s = pixel_unpack(sample);
         vf noise = dither(i, m->seed);
-        vi r = vi_from(vf_clamp(blend(h.x, s.x, alpha) + noise, 0, 1023)),
-           g = vi_from(vf_clamp(blend(h.y, s.y, alpha) + noise, 0, 1023)),
-           b = vi_from(vf_clamp(blend(h.z, s.z, alpha) + noise, 0, 1023));
-        vi mean = vi_select(fresh, sample, r | (g << 10) | (b << 20)) | (int32_t)FV_PIXEL_SAMPLED;
+        vf3 moved = {blend(h.x, s.x, alpha), blend(h.y, s.y, alpha), blend(h.z, s.z, alpha)};
+        vi mean = vi_select(fresh, sample, pack_dithered(moved, noise)) | (int32_t)FV_PIXEL_SAMPLED;
         vf worth = 1.0f / (alpha * alpha + rest * rest / vf_max(rho, vf_of(1)));
         vi now = cache_of_depth(w) | (vi_from(vf_min(worth, vf_of(255)) + 0.5f) << 8) | moving;
         /* A sample of unknown depth leaves what was reprojected, where that is anything. */
         vi leave = ~known & ~vi_load(m->replaced + i) & ((colour & (int32_t)FV_PIXEL_FILLED) == 0);
         now = vi_select(known, now, vi_of((int32_t)(FV_CACHE_NONE | FV_CACHE_OLDEST)));
+        if (m->apart) {
+            struct weight weight = {alpha, rho, fresh, leave, cache_age(cache)};
+            merge_apart(m, i, &weight);
+        }
         vi_store(m->colour + i, vi_select(leave, colour, mean));
         vi_store(m->cache + i, vi_select(leave, cache, now));
     }

@@ -20,6 +20,7 @@ void fv_frame_lay(struct fv_frame *f)
                 .cache = f->buffer[colour + 1][e],
                 .history_colour = f->buffer[colour + FV_HISTORY_COLOUR][e],
                 .history_cache = f->buffer[colour + 1 + FV_HISTORY_COLOUR][e],
+                .plane = (f->stride >> d) * (f->rows >> d) + 16, /* and what is loaded behind the last */
             };
         }
 }
@@ -125,14 +126,24 @@ static bool sparse(const struct fv_frame *f, const struct fv_tile *tile)
     return fv_foveal_probability(&f->parameters.foveal, e - fv_tile_reach_deg(view)) <= 0.5f;
 }
 
-void fv_tile_trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
+void fv_samples_trace(struct fv_frame *f, const struct fv_tile *tile, int fewer)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
-    struct fv_samples *samples = &s->samples;
+    struct fv_samples *v = &s->samples;
+    const struct fv_kernels *k = f->kernels;
+    float exposure = f->tracer->data->exposure;
+    v->split = fv_light_apart(f);
+    v->fewer = fewer;
+    k->trace(f->tracer, &f->view[tile->eye], v, (uint32_t)f->number, s->rays);
+    k->encode(v->red, v->green, v->blue, exposure, s->pixel[FV_PLANE_BASE], v->count);
+    if (!v->split) return;
+    k->encode_albedo(v->albedo_red, v->albedo_green, v->albedo_blue, s->pixel[FV_PLANE_ALBEDO], v->count);
+    k->encode_light(v->light_red, v->light_green, v->light_blue, exposure, s->pixel[FV_PLANE_LIGHT], v->count);
+}
+
+void fv_tile_trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
+{
     fv_tile_place(f, tile, blocks);
-    if (samples->count == 0) return;
-    samples->fewer = sparse(f, tile) ? f->light_divisor : 1;
-    f->kernels->trace(f->tracer, &f->view[tile->eye], samples, (uint32_t)f->number, s->rays);
-    f->kernels->encode(samples->red, samples->green, samples->blue, f->tracer->data->exposure, s->pixel,
-                       samples->count);
+    if (f->scratch[tile->worker].samples.count == 0) return;
+    fv_samples_trace(f, tile, sparse(f, tile) ? f->light_divisor : 1);
 }

@@ -21,6 +21,11 @@ enum { FV_TILE = 32, FV_BLOCK = 4, FV_BLOCKS = FV_TILE / FV_BLOCK };
 
 enum fv_density { FV_FINE, FV_COARSE, FV_DENSITIES };
 
+/* What buffers of colours hold, image behind image: pixels; and where sampled light is kept apart, the pixels'
+ * albedo and light (trace/pixel.h). The two bits above these are a number c of 0 to 15, light's the upper ones
+ * and albedo's the lower: the light is worth c + 1 samples. */
+enum fv_plane { FV_PLANE_BASE, FV_PLANE_ALBEDO, FV_PLANE_LIGHT, FV_PLANES };
+
 enum fv_buffer {
     FV_COLOUR, /* this frame's pixels (trace/pixel.h), stride x rows */
     FV_CACHE,  /* their depths and what is known of their history (pass/cache.h) */
@@ -56,8 +61,8 @@ struct fv_parameters {
 
 struct fv_worker_scratch {
     struct fv_samples samples;
-    uint32_t pixel[FV_SAMPLES_MAX];
-    _Alignas(64) uint32_t merged_colour[FV_SAMPLES_MAX], merged_cache[FV_SAMPLES_MAX]; /* pixels to merge into */
+    _Alignas(64) uint32_t pixel[FV_PLANES][FV_SAMPLES_MAX]; /* the samples', by enum fv_plane */
+    _Alignas(64) uint32_t merged_colour[FV_PLANES][FV_SAMPLES_MAX], merged_cache[FV_SAMPLES_MAX]; /* to merge into */
     _Alignas(64) int32_t replaced[FV_SAMPLES_MAX];
     _Alignas(64) float nearest[FV_SAMPLES_MAX], farthest[FV_SAMPLES_MAX];
     _Alignas(64) float tile_nearest[FV_TILE * FV_TILE], tile_farthest[FV_TILE * FV_TILE];
@@ -79,6 +84,7 @@ struct fv_raster {
     float scale;       /* picture pixels a pixel: 1 or 2 */
     uint32_t *colour, *cache;
     const uint32_t *history_colour, *history_cache;
+    int64_t plane;     /* elements from one of a colour's images to the next */
 };
 
 /* What a tile was in a frame. */
@@ -105,6 +111,10 @@ struct fv_frame {
     bool still;                  /* nothing moves: history is carried without loss, and all samples count alike */
     float k[2][128];             /* least weight of a new sample, by age (pass/cache.h); [1]: where still */
     int light_divisor;           /* samples of sparse tiles take this part of the settings' rays of sampled light */
+    int planes;                  /* images of a buffer of colours: FV_PLANES where sampled light is kept apart */
+    int64_t support_plane;       /* elements between those of the support image */
+    float light_k[2][128];       /* as k, of light that is kept apart */
+    int post_filter;             /* candidates of the post filter (merge.h) */
     float jitter[2];             /* this frame's, of samples from the centre of their pixel, in pixels */
     float node[2];               /* this frame's places of support nodes in their cells, [0, 1) */
     struct fv_parameters parameters;
@@ -238,7 +248,17 @@ float fv_tile_nearest_deg(const struct fv_frame *frame, const struct fv_tile *ti
  * jittered. */
 void fv_tile_place(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);
 
-/* Places, traces and encodes them, into scratch->samples and scratch->pixel. */
+/* True where sampled light is kept apart. */
+static inline bool fv_light_apart(const struct fv_frame *frame)
+{
+    return frame->planes == FV_PLANES;
+}
+
+/* Traces and encodes the worker's samples, into scratch->samples and scratch->pixel. `fewer`: as in struct
+ * fv_samples. */
+void fv_samples_trace(struct fv_frame *frame, const struct fv_tile *tile, int fewer);
+
+/* Places and traces them. */
 void fv_tile_trace(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);
 
 #endif

@@ -30,15 +30,26 @@ static void overlay_row(const struct fv_frame *f, const struct fv_tile *tile, in
 /* A coarse tile's pixels and those around it, whose centres lie inside the picture. */
 enum { HALF = FV_TILE / 2, ROW = HALF + 2 };
 
-static void take_row(const struct fv_raster *r, int x0, int y, uint32_t row[ROW])
+static void take_plane(const struct fv_raster *r, int plane, int x0, int y, uint32_t row[FV_TILE])
 {
     y = y < 0 ? 0 : y >= r->height ? r->height - 1 : y;
-    const uint32_t *from = r->colour + y * r->stride;
+    const uint32_t *from = r->colour + plane * r->plane + y * r->stride;
     int right = x0 + HALF < r->width ? x0 + HALF : r->width - 1;
     memcpy(row + 1, from + x0, HALF * sizeof *row);
     row[0] = from[x0 > 0 ? x0 - 1 : 0];
     row[ROW - 1] = from[right];
     for (int x = right - x0 + 2; x < ROW; x++) row[x] = from[right];
+}
+
+/* With all light. Rows are as long as a tile's, for the kernel; what is behind ROW does not matter. */
+static void take_row(const struct fv_frame *f, const struct fv_raster *r, int x0, int y, uint32_t row[FV_TILE])
+{
+    take_plane(r, FV_PLANE_BASE, x0, y, row);
+    if (!fv_light_apart(f)) return;
+    _Alignas(64) uint32_t albedo[FV_TILE] = {0}, light[FV_TILE] = {0};
+    take_plane(r, FV_PLANE_ALBEDO, x0, y, albedo);
+    take_plane(r, FV_PLANE_LIGHT, x0, y, light);
+    f->kernels->compose(row, albedo, light, row, FV_TILE);
 }
 
 static void show_row(const struct fv_frame *f, const struct fv_tile *tile, int y, const uint32_t *colour)
@@ -51,14 +62,14 @@ static void show_row(const struct fv_frame *f, const struct fv_tile *tile, int y
 static void show_coarse(const struct fv_frame *f, const struct fv_tile *tile)
 {
     const struct fv_raster *r = &f->raster[FV_COARSE][tile->eye];
-    uint32_t row[3][ROW];
+    _Alignas(64) uint32_t row[3][FV_TILE] = {{0}};
     _Alignas(64) uint32_t colour[FV_TILE];
     int x0 = tile->x0 / 2, y0 = tile->y0 / 2;
     for (int y = 0; y < HALF; y++) __builtin_prefetch(r->colour + (y0 + y) * r->stride + x0);
-    take_row(r, x0, y0 - 1, row[2]);
-    take_row(r, x0, y0, row[0]);
+    take_row(f, r, x0, y0 - 1, row[2]);
+    take_row(f, r, x0, y0, row[0]);
     for (int y = 0; y < HALF; y++) {
-        take_row(r, x0, y0 + y + 1, row[(y + 1) % 3]);
+        take_row(f, r, x0, y0 + y + 1, row[(y + 1) % 3]);
         for (int lower = 0; lower < 2; lower++) {
             f->kernels->double_row(row[y % 3], row[(y + (lower ? 1 : 2)) % 3], colour, HALF);
             show_row(f, tile, 2 * y + lower, colour);
@@ -69,9 +80,17 @@ static void show_coarse(const struct fv_frame *f, const struct fv_tile *tile)
 static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
     const uint32_t *colour = f->buffer[FV_COLOUR][tile->eye];
+    int64_t plane = f->raster[FV_FINE][tile->eye].plane;
+    _Alignas(64) uint32_t whole[FV_TILE];
     if (tile->density == FV_COARSE) show_coarse(f, tile);
-    for (int y = 0; y < FV_TILE && tile->density == FV_FINE; y++)
-        show_row(f, tile, y, colour + (tile->y0 + y) * f->stride + tile->x0);
+    for (int y = 0; y < FV_TILE && tile->density == FV_FINE; y++) {
+        const uint32_t *row = colour + (tile->y0 + y) * f->stride + tile->x0;
+        if (fv_light_apart(f)) {
+            f->kernels->compose(row, row + FV_PLANE_ALBEDO * plane, row + FV_PLANE_LIGHT * plane, whole, FV_TILE);
+            row = whole;
+        }
+        show_row(f, tile, y, row);
+    }
     return 1;
 }
 

@@ -74,7 +74,9 @@ struct fv_reprojected fv_reproject(struct fv_frame *f, const struct fv_tile *til
         .node = {f->node[0] * spacing, f->node[1] * spacing},
         .nodes_x = (f->width + side - 1) / side,
         .nodes_y = (f->height + side - 1) / side,
+        .planes = f->planes,
         .support_stride = f->stride / side,
+        .support_plane = f->support_plane,
         .support_colour = f->buffer[FV_SUPPORT_COLOUR][e],
         .support_depth = f->buffer[FV_SUPPORT_DEPTH][e],
         .support_surface = f->buffer[FV_SUPPORT_SURFACE][e],
@@ -138,12 +140,15 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
         for (int column = 0; column < side; column++) {
             int from_x = clamp(x0 + column + moved_x, raster->width);
             int64_t from = from_y * raster->stride + from_x;
-            uint32_t colour = raster->history_colour[from], cache = raster->history_cache[from];
+            uint32_t cache = raster->history_cache[from];
+            const struct fv_raster *source = raster;
             if (cache >= FV_CACHE_NONE && tile->density == FV_FINE && coarse->history_colour) {
                 from = from_y / 2 * coarse->stride + from_x / 2;
-                colour = coarse->history_colour[from], cache = coarse->history_cache[from];
+                source = coarse, cache = coarse->history_cache[from];
             }
-            raster->colour[at + column] = colour & FV_PIXEL_COLOUR;
+            raster->colour[at + column] = source->history_colour[from] & FV_PIXEL_COLOUR;
+            for (int p = FV_PLANE_ALBEDO; p < f->planes; p++)
+                raster->colour[p * raster->plane + at + column] = source->history_colour[p * source->plane + from];
             raster->cache[at + column] = cache + ((cache & FV_CACHE_OLDEST) < FV_CACHE_OLDEST);
         }
     }

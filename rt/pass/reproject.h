@@ -24,7 +24,8 @@ struct fv_reproject_tile {
     bool sharp;                      /* history is interpolated by cubics, not linearly */
     float spacing, node[2];          /* raster pixels between support nodes; the first one's place */
     int nodes_x, nodes_y;            /* nodes that the picture covers */
-    int64_t support_stride;
+    int planes;                      /* images of colours: FV_PLANES where sampled light is kept apart */
+    int64_t support_stride, support_plane;
     const uint32_t *support_colour;
     const float *support_depth;
     const uint8_t *support_surface;

@@ -10,6 +10,7 @@
  * with its own nodes and map, and finds only history of its own kind (FV_CACHE_MOVING): nothing drags what it
  * covered along, and nothing stays behind. */
 #include "rt/pass/reproject_history.h"
+#include "rt/pass/reproject_light.h"
 #include "rt/pass/reproject_nodes.h"
 
 #define reproject FV_ISA_NAME(fv_reproject)
@@ -70,25 +71,18 @@ static inline void prefer(struct place *best, const struct place *p)
     best->good |= p->good;
 }
 
-/* The support image's colour at pixel coordinates, bilinear. */
-static inline vf3 support_colour(const struct fv_reproject_tile *t, vf px, vf py)
+/* The colour at pixel coordinates of one of the support image's planes, bilinear. */
+static inline vf3 support_colour(const struct fv_reproject_tile *t, const uint32_t *colour, vf px, vf py)
 {
     vf x = vf_clamp((px - t->node[0]) * (1 / t->spacing), 0, (float)(t->nodes_x - 1));
     vf y = vf_clamp((py - t->node[1]) * (1 / t->spacing), 0, (float)(t->nodes_y - 1));
     vf x0 = vf_floor(x), y0 = vf_floor(y), fx = x - x0, fy = y - y0;
     vi ix = vi_from(x0), iy = vi_from(y0), stride = vi_of((int32_t)t->support_stride);
     vi at = iy * stride + ix, right = (ix < t->nodes_x - 1) & 1, down = (iy < t->nodes_y - 1) & stride;
-    vf3 a = pixel_unpack(vi_gather(t->support_colour, at)), b = pixel_unpack(vi_gather(t->support_colour, at + right));
-    vf3 c = pixel_unpack(vi_gather(t->support_colour, at + down));
-    vf3 d = pixel_unpack(vi_gather(t->support_colour, at + down + right));
+    vf3 a = pixel_unpack(vi_gather(colour, at)), b = pixel_unpack(vi_gather(colour, at + right));
+    vf3 c = pixel_unpack(vi_gather(colour, at + down)), d = pixel_unpack(vi_gather(colour, at + down + right));
     vf3 upper = vf3_add(a, vf3_scale(vf3_sub(b, a), fx)), lower = vf3_add(c, vf3_scale(vf3_sub(d, c), fx));
     return vf3_add(upper, vf3_scale(vf3_sub(lower, upper), fy));
-}
-
-static inline vf luminance(vi pixel)
-{
-    vf3 c = pixel_unpack(pixel);
-    return (c.x * 0.299f + c.y * 0.587f + c.z * 0.114f) * (1 / 1023.0f);
 }
 
 /* Marks the nodes that stand still but whose light has changed since, by the shadow of what moves: they are
@@ -107,7 +101,7 @@ static void mark_changed(const struct fv_reproject_tile *t, const struct source 
             for (int k = 0; k < 9; k++) {
                 vi column = vi_from(vf_clamp(p.x + (float)(k % 3 - 1), 0, s->width - 1.0f));
                 vi row = vi_from(vf_clamp(p.y + (float)(k / 3 - 1), 0, s->height - 1.0f));
-                vf there = luminance(vi_gather(s->colour, row * s->stride + column));
+                vf there = luminance(shown(t, s->colour, t->raster->plane, row * s->stride + column));
                 low = vf_min(low, there);
                 high = vf_max(high, there);
             }
@@ -194,7 +188,7 @@ static inline unsigned finish(const struct fv_reproject_tile *t, const struct st
     vf depth = best->w;
     vi kept = cache_older(best->cache);
     if (vi_any(filled)) {
-        colour = vf3_select(filled, support_colour(t, v->px, vf_of(v->y)), colour);
+        colour = vf3_select(filled, support_colour(t, t->support_colour, v->px, vf_of(v->y)), colour);
         depth = vf_select(filled, vf_select(v->farthest < 0.0f, v->farthest, v->w), depth);
     }
     vi missing = filled | (cache_rho(best->cache) == 0);
@@ -212,21 +206,38 @@ static __attribute__((noinline)) void other_colour(const struct fv_reproject_til
     *colour = history_colour(t, s, p);
 }
 
+/* The light beside them, from the same places or the support image. */
+static __attribute__((noinline)) void finish_apart(const struct fv_reproject_tile *t, const struct step *v, vi filled,
+                                                   const struct apart *apart)
+{
+    vf3 colour[FV_PLANES] = {apart->albedo, apart->albedo, apart->light};
+    for (int p = FV_PLANE_ALBEDO; p < FV_PLANES; p++) {
+        const uint32_t *support = t->support_colour + p * t->support_plane;
+        vi kept = ~filled & apart->count[p];
+        if (vi_any(filled)) colour[p] = vf3_select(filled, support_colour(t, support, v->px, vf_of(v->y)), colour[p]);
+        vi_store(t->raster->colour + p * t->raster->plane + v->out, pixel_pack(colour[p]) | kept);
+    }
+}
+
 static inline unsigned carry(const struct fv_reproject_tile *t, const struct source *s, const struct source *coarse,
                              struct step *v)
 {
     struct place best = find(t, s, v);
     prefetch_below(s, best.index);
     vf3 colour = history_colour(t, s, &best);
+    struct apart apart;
+    if (apart_in(t)) take_apart(t, s, t->raster->plane, best, &apart);
     if (coarse && vi_any(~best.good)) {
         struct place other = find(t, coarse, v);
         other.good &= ~best.good;
         vf3 there;
         other_colour(t, coarse, &other, &there);
         colour = vf3_select(other.good, there, colour);
+        if (apart_in(t)) take_apart_over(t, coarse, t->coarse->plane, other, &apart);
         prefer(&best, &other);
     }
     unsigned filled = finish(t, v, &best, colour);
+    if (apart_in(t)) finish_apart(t, v, ~best.good, &apart);
     if (t->moves) v->bent |= ~best.good & ((best.cache & FV_CACHE_MOVING) != 0); /* just uncovered */
     return filled;
 }
@@ -292,17 +303,21 @@ static __attribute__((noinline)) unsigned carry_layers(const struct fv_reproject
         prefer(&other, &p);
     }
     vf3 colour, there;
+    struct apart apart;
     other_colour(t, own, &best, &colour);
+    if (apart_in(t)) take_apart(t, own, t->raster->plane, best, &apart);
     vi outline = t->stirs ? at_outline(own, &best, 1) : vi_of(0);
     other.good &= ~best.good;
     if (vi_any(other.good)) {
         if (t->stirs) outline |= other.good & at_outline(coarse, &other, 1);
         other_colour(t, coarse, &other, &there);
         colour = vf3_select(other.good, there, colour);
+        if (apart_in(t)) take_apart_over(t, coarse, t->coarse->plane, other, &apart);
         prefer(&best, &other);
     }
     all->moving = table_mask(cells->moving, all->cell);
     unsigned filled = finish(t, all, &best, colour);
+    if (apart_in(t)) finish_apart(t, all, ~best.good, &apart);
     /* Nothing is left to chance along outlines: one that moves by less than a pixel a frame would stand. */
     if (t->stirs) all->bent |= ~best.good | outline;
     return filled;
@@ -349,6 +364,7 @@ void reproject(struct fv_reproject_tile *t)
     t->failed = t->marked = 0;
     prefetch_first(t, &own);
     take_nodes(t, &nodes);
+    if (apart_in(t)) light_nodes(t, &nodes);
     if (t->moves) mark_changed(t, &own, &nodes);
     if (t->objects) layers = take_layers(t, &nodes, &own, coarse, layer);
     for (int y = 0; y < t->side; y++) {

@@ -33,6 +33,12 @@ static inline int clamp_node(int i, int nodes)
     return i < 0 ? 0 : i >= nodes ? nodes - 1 : i;
 }
 
+/* One before a tile's first, that of its first pixel. */
+static inline int first_node(int pixel, float spacing)
+{
+    return (int)((float)pixel / spacing + 0.5f) - 1;
+}
+
 static inline float larger(float a, float b)
 {
     return a > b ? a : b;
@@ -47,7 +53,7 @@ static inline float smaller(float a, float b)
 static void take_nodes(const struct fv_reproject_tile *t, struct nodes *nodes)
 {
     int inside = (int)((float)t->side / t->spacing + 0.5f);
-    int x0 = (int)((float)t->x0 / t->spacing + 0.5f) - 1, y0 = (int)((float)t->y0 / t->spacing + 0.5f) - 1;
+    int x0 = first_node(t->x0, t->spacing), y0 = first_node(t->y0, t->spacing);
     nodes->along = inside + 2;
     for (int y = 0; y < nodes->along; y++) {
         int64_t row = clamp_node(y0 + y, t->nodes_y) * t->support_stride;

@@ -24,6 +24,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     else if (!f->keep)
         replaced = foveal(f, tile, blocks) | ((uint64_t *)f->buffer[FV_RESAMPLED][0])[tile->index];
     fv_merge_blocks(f, tile, blocks, replaced);
+    if (fv_light_apart(f)) fv_merge_filter(f, tile, blocks);
     fv_merge_coarse(f, tile);
     return s->samples.count;
 }

@@ -43,7 +43,8 @@ static void trace_mean(struct fv_frame *f, const struct fv_tile *tile, uint64_t 
     }
     for (int c = 0; c < 3; c++)
         for (int i = 0; i < n; i++) channel[c][i] = sum[c][i] / (float)spp;
-    f->kernels->encode(samples->red, samples->green, samples->blue, f->tracer->data->exposure, s->pixel, n);
+    f->kernels->encode(samples->red, samples->green, samples->blue, f->tracer->data->exposure,
+                       s->pixel[FV_PLANE_BASE], n);
 }
 
 static int run(struct fv_frame *f, const struct fv_tile *tile)
@@ -53,7 +54,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     uint64_t blocks = fv_tile_inside(f, tile);
     if (f->parameters.spp > 1) trace_mean(f, tile, blocks, f->parameters.spp);
     else fv_tile_trace(f, tile, blocks);
-    const uint32_t *pixel = s->pixel;
+    const uint32_t *pixel = s->pixel[FV_PLANE_BASE];
     int traced = s->samples.count * f->parameters.spp;
     for (; blocks; blocks &= blocks - 1, pixel += FV_BLOCK * FV_BLOCK) {
         int block = __builtin_ctzll(blocks);

@@ -34,14 +34,16 @@ static void node_at(const struct nodes *n, int i, int *x, int *y)
     *y = packet / across * 4 + i % 16 / 4;
 }
 
+/* Colours are of f->planes. */
 static void store(struct fv_frame *f, const struct fv_tile *tile, const struct nodes *n, int i,
-                  uint32_t colour, float inverse_depth, int surface)
+                  const uint32_t colour[FV_PLANES], float inverse_depth, int surface)
 {
     int x, y;
+    uint32_t *planes = f->buffer[FV_SUPPORT_COLOUR][tile->eye];
     node_at(n, i, &x, &y);
     if (n->x0 + x >= n->stride || n->y0 + y >= n->rows) return;
     int64_t node = (n->y0 + y) * n->stride + n->x0 + x;
-    ((uint32_t *)f->buffer[FV_SUPPORT_COLOUR][tile->eye])[node] = colour;
+    for (int p = 0; p < f->planes; p++) planes[p * f->support_plane + node] = colour[p];
     ((float *)f->buffer[FV_SUPPORT_DEPTH][tile->eye])[node] = inverse_depth;
     ((uint8_t *)f->buffer[FV_SUPPORT_SURFACE][tile->eye])[node] = (uint8_t)surface;
 }
@@ -59,13 +61,12 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
         samples->x[i] = (float)tile->x0 + ((float)x + f->node[0]) * (float)f->spacing;
         samples->y[i] = (float)tile->y0 + ((float)y + f->node[1]) * (float)f->spacing;
     }
-    samples->fewer = FEWER;
-    f->kernels->trace(f->tracer, &f->view[tile->eye], samples, (uint32_t)f->number, s->rays);
-    samples->fewer = 0;
-    f->kernels->encode(samples->red, samples->green, samples->blue, f->tracer->data->exposure, s->pixel,
-                       samples->count);
-    for (int i = 0; i < samples->count; i++)
-        store(f, tile, &nodes, i, s->pixel[i], samples->inverse_depth[i], samples->surface[i]);
+    fv_samples_trace(f, tile, FEWER);
+    for (int i = 0; i < samples->count; i++) {
+        uint32_t colour[FV_PLANES] = {s->pixel[FV_PLANE_BASE][i], s->pixel[FV_PLANE_ALBEDO][i],
+                                      s->pixel[FV_PLANE_LIGHT][i]};
+        store(f, tile, &nodes, i, colour, samples->inverse_depth[i], samples->surface[i]);
+    }
     return samples->count;
 }
 
@@ -86,7 +87,9 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
         uint32_t cache = coarse->history_cache[at];
         /* Whose motion it has is not kept. */
         int surface = cache & FV_CACHE_MOVING ? FV_SURFACE_VIEW | FV_SURFACE_OLD : FV_SURFACE_OLD;
-        store(f, tile, &nodes, i, coarse->history_colour[at] & FV_PIXEL_COLOUR, cache_depth_of(cache), surface);
+        uint32_t colour[FV_PLANES];
+        for (int p = 0; p < f->planes; p++) colour[p] = coarse->history_colour[p * coarse->plane + at] & FV_PIXEL_COLOUR;
+        store(f, tile, &nodes, i, colour, cache_depth_of(cache), surface);
     }
 }
 

@@ -64,4 +64,20 @@ static inline vf pixel_decode_light(vf e)
     return square / (1.0f - square);
 }
 
+/* One channel of base + albedo * light, all as codes 0..1023. */
+static inline vf pixel_lit_channel(vf base, vf albedo, vf light)
+{
+    const float unit = 1 / 1023.0f;
+    vf root = albedo * unit;
+    return pixel_decode_channel(base * unit) + root * root * pixel_decode_light(light * unit);
+}
+
+/* The colour of base + albedo * light. */
+static inline vi pixel_lit(vi base, vi albedo, vi light)
+{
+    vf3 b = pixel_unpack(base), a = pixel_unpack(albedo), l = pixel_unpack(light);
+    vf3 sum = {pixel_lit_channel(b.x, a.x, l.x), pixel_lit_channel(b.y, a.y, l.y), pixel_lit_channel(b.z, a.z, l.z)};
+    return pixel_encode(sum, 1);
+}
+
 #endif

@@ -39,21 +39,11 @@ void encode_albedo(const float *red, const float *green, const float *blue, uint
     }
 }
 
-/* One channel of base + albedo * light, all as codes 0..1023. */
-static inline vf lit_channel(vf base, vf albedo, vf light)
-{
-    const float unit = 1 / 1023.0f;
-    vf root = albedo * unit;
-    return pixel_decode_channel(base * unit) + root * root * pixel_decode_light(light * unit);
-}
-
 void compose(const uint32_t *base, const uint32_t *albedo, const uint32_t *light, uint32_t *pixel, int n)
 {
     for (int i = 0; i < n; i += FV_WIDTH) {
         vi packed = vi_load(base + i);
-        vf3 b = pixel_unpack(packed), a = pixel_unpack(vi_load(albedo + i)), l = pixel_unpack(vi_load(light + i));
-        vf3 sum = {lit_channel(b.x, a.x, l.x), lit_channel(b.y, a.y, l.y), lit_channel(b.z, a.z, l.z)};
-        vi_store(pixel + i, pixel_encode(sum, 1) | (packed & ~0x3fffffff));
+        vi_store(pixel + i, pixel_lit(packed, vi_load(albedo + i), vi_load(light + i)) | (packed & ~0x3fffffff));
     }
 }
 
