@@ -159,7 +159,7 @@ struct stage {
     struct fv_frame *frame;
     const struct fv_pass *pass;
     struct fv_stage_limit limit;
-    const uint32_t *order;
+    const uint32_t *order; /* NULL: by their numbers */
     int tiles, must, foveal; /* of the order: all, the first that must be worked at, the first within r0 */
     int batch;               /* tiles taken at once */
     _Alignas(64) atomic_uint queue; /* the next place, and CLOSED */
@@ -208,7 +208,8 @@ static void work_at(struct stage *g, struct worker_count *c, int worker, int pla
     struct fv_schedule *s = g->schedule;
     int units = 0, index = 0;
     for (int i = 0; i < n; i++) {
-        struct fv_tile tile = fv_tile_at(g->frame, index = (int)g->order[place + i], worker);
+        index = g->order ? (int)g->order[place + i] : place + i;
+        struct fv_tile tile = fv_tile_at(g->frame, index, worker);
         units += g->pass->run(g->frame, &tile);
     }
     int64_t now_ns = fv_clock_now_ns(s->clock), took_ns = now_ns - *t_ns;
@@ -315,6 +316,7 @@ void fv_schedule_run(struct fv_schedule *s, struct fv_frame *f, const struct fv_
                       .batch = 1};
     bool by_need = pass->order == FV_ORDER_NEED;
     bool cuttable = pass->stand_in && (f->has_history || !(pass->needs & FV_NEEDS_HISTORY));
+    bool hurried = cuttable && (limit->deadline_ns || limit->done >= 0);
     int64_t begun_ns = fv_clock_now_ns(s->clock);
     if (by_need) {
         g.tiles = order_by_need(s, f);
@@ -325,8 +327,9 @@ void fv_schedule_run(struct fv_schedule *s, struct fv_frame *f, const struct fv_
     if (!cuttable) {
         g.limit.deadline_ns = 0;
         g.limit.done = -1;
-        if (!by_need) g.batch = BATCH;
     }
+    /* What the tile before has brought into the caches serves the next: a tenth of reprojection's time. */
+    if (!by_need && !hurried) g.order = NULL, g.batch = BATCH;
     if (g.limit.done < 0) g.limit.done = g.tiles;
     else g.limit.deadline_ns = 0;
     *r = (struct fv_stage_result){.start_ns = fv_clock_now_ns(s->clock)};

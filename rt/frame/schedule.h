@@ -5,10 +5,10 @@
  * taken until the deadline, less what must still follow, and then get the pass's stand-in. Tiles worked at
  * are always the queue's first ones, so that their number alone makes the same frame again.
  *
- * Orders: nearest to the gaze first; or, where samples are traced, first the tiles of the fovea
- * (FV_FOVEA_DEG), then those within r0, then the others, both by what their absence would cost a ray: acuity at their
- * eccentricity (1 / (1 + e / 2.3 degrees), cortical magnification as in Guenter et al. 2012) x frames that
- * they have waited x need (parts that no history reached count 8 times). */
+ * Orders: nearest to the gaze first (row by row where nothing will be left out); or, where samples are traced,
+ * first the tiles of the fovea (FV_FOVEA_DEG), then those within r0, then the others, both by what their absence
+ * would cost a ray: acuity at their eccentricity (1 / (1 + e / 2.3 degrees), cortical magnification as in Guenter et
+ * al. 2012) x frames that they have waited x need (parts that no history reached count 8 times). */
 #ifndef FV_FRAME_SCHEDULE_H
 #define FV_FRAME_SCHEDULE_H
 

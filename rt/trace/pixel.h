@@ -21,10 +21,11 @@ static inline vf pixel_encode_channel(vf linear)
 }
 
 /* The inverse: of a code / 1023 in [0, 1], the linear value that it stands for, in [0, 7.3]; the polynomial
- * gives the code back to a twentieth of it. */
+ * gives the code back to a five-hundredth of it. */
 static inline vf pixel_decode_channel(vf e)
 {
-    vf y = 0.000847712854f + e * (0.0325745922f + e * (0.519523229f + e * (0.676067463f + e * (-0.32765661f + e * 0.0987626696f))));
+    vf high = -1.04960701f + e * (1.27307758f + e * (-1.08365033f + e * (0.544748715f - e * 0.119199337f)));
+    vf y = 0.000768023574f + e * (0.0357659515f + e * (0.47738825f + e * (0.92070549f + e * high)));
     y = vf_select(e < 41.5f / 1023, e * (1 / 12.92f), vf_clamp(y, 0.0031309f, 1));
     /* x of y = x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14); as a quotient, since the sum cancels where y is small. */
     vf a = 2.51f - 2.43f * y, b = 0.59f * y - 0.03f, c = 0.14f * y, root = vf_root(b * b + 4.0f * a * c);
