@@ -47,7 +47,7 @@ static inline vf blend_albedo(vf history, vf sample, vf alpha)
 static inline vf blend_light(vf history, vf sample, vf alpha)
 {
     vf h = pixel_decode_light(history * (1 / 1023.0f)), s = pixel_decode_light(sample * (1 / 1023.0f));
-    return 1023.0f * pixel_encode_light(h + alpha * (s - h));
+    return history + 1023.0f * (pixel_encode_light(h + alpha * (s - h)) - pixel_encode_light(h));
 }
 
 /* What becomes of a vector's colours. */

@@ -68,7 +68,7 @@ struct fv_worker_scratch {
     _Alignas(64) float tile_nearest[FV_TILE * FV_TILE], tile_farthest[FV_TILE * FV_TILE];
     /* This frame's: */
     _Alignas(64) int64_t rays[FV_RAY_KINDS];
-    int64_t reprojected, marked, failed; /* blocks: of reprojected tiles; of these marked, without history */
+    int64_t reprojected, marked, failed; /* blocks: of reprojected tiles; of these marked, failed (pass/reproject.h) */
 };
 
 /* How far from the gaze the picture lies: its pixels and its tiles (by their centres) in rings of one degree. */
@@ -129,7 +129,7 @@ struct fv_frame {
     void *buffer[FV_BUFFERS][2]; /* of each eye, NULL where the plan left it out */
     struct fv_raster raster[FV_DENSITIES][2];
     struct fv_tile_state *state; /* of each tile; NULL: all are fine and nothing is reprojected */
-    uint8_t *failed_blocks;      /* of each tile: blocks in which no history arrived; NULL: nobody asks */
+    uint8_t *failed_blocks;      /* of each tile: how many failed (pass/reproject.h); NULL: nobody asks */
     float marked_share, failed_share; /* of the frame before's reprojected blocks */
     struct fv_worker_scratch *scratch;
 };

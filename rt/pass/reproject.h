@@ -33,7 +33,8 @@ struct fv_reproject_tile {
     bool still;                      /* nothing moves: history is the pixel's own, whatever a node's depth says */
     float epsilon_luminance;         /* step between nodes that marks the pixels between them, of full scale 1 */
     uint64_t marked; /* out: blocks that lie between nodes of different depth or luminance, or at grazing ones */
-    uint64_t failed; /* out: blocks in which a quarter of the pixels found no history */
+    uint64_t failed; /* out: blocks in which a quarter of the pixels found no history that was ever sampled, or which
+                      * show what moves otherwise than its surface */
 };
 
 /* What became of a tile. */

@@ -40,7 +40,7 @@ static inline struct place look_up(const struct fv_reproject_tile *t, const stru
     vi inside = ahead & (p.x >= 0.0f) & (p.x < s->width) & (p.y >= 0.0f) & (p.y < s->height);
     vi ix = vi_from(p.x), iy = vi_from(p.y);
     p.index = (iy * s->stride + ix) & inside;
-    p.cache = cache_at(s, ix, iy, p.index, inside);
+    p.cache = vi_select(inside, cache_at(s, ix, iy, p.index, inside), vi_of((int32_t)FV_CACHE_NONE));
     p.history_w = cache_depth(p.cache);
     vf expected = w * inverse;
     vf nearer = vf_min(vf_max(p.history_w, expected), vf_of(FV_INVERSE_DEPTH_MAX));
@@ -236,10 +236,10 @@ static inline unsigned carry(const struct fv_reproject_tile *t, const struct sou
         if (apart_in(t)) take_apart_over(t, coarse, t->coarse->plane, other, &apart);
         prefer(&best, &other);
     }
-    unsigned filled = finish(t, v, &best, colour);
+    unsigned missing = finish(t, v, &best, colour);
     if (apart_in(t)) finish_apart(t, v, ~best.good, &apart);
     if (t->moves) v->bent |= ~best.good & ((best.cache & FV_CACHE_MOVING) != 0); /* just uncovered */
-    return filled;
+    return missing;
 }
 
 /* What the nodes tell of a row's pixels x to x + FV_WIDTH. */
@@ -316,37 +316,43 @@ static __attribute__((noinline)) unsigned carry_layers(const struct fv_reproject
         prefer(&best, &other);
     }
     all->moving = table_mask(cells->moving, all->cell);
-    unsigned filled = finish(t, all, &best, colour);
+    unsigned missing = finish(t, all, &best, colour);
     if (apart_in(t)) finish_apart(t, all, ~best.good, &apart);
     /* Nothing is left to chance along outlines: one that moves by less than a pixel a frame would stand. */
     if (t->stirs) all->bent |= ~best.good | outline;
-    return filled;
+    return missing;
 }
 
 /* Of a row of blocks, collected from its rows of pixels. */
 struct blocks {
     int missing[FV_BLOCKS];
-    uint32_t marked, bent, filled; /* of all its rows together */
-    uint32_t columns;              /* pixels of a row that lie in the picture */
+    uint32_t marked, bent, any_missing; /* of all its rows together */
+    uint32_t columns;                   /* pixels of a row that lie in the picture */
+    int rows;                           /* rows that do */
 };
 
-static void count_row(const struct fv_reproject_tile *t, struct blocks *b, int y, uint32_t filled, uint32_t marked,
+static void count_row(const struct fv_reproject_tile *t, struct blocks *b, int y, uint32_t missing, uint32_t marked,
                       uint32_t bent)
 {
-    uint32_t inside = t->y0 + y < t->raster->height ? b->columns : 0;
-    filled &= inside;
+    bool inside = t->y0 + y < t->raster->height;
     b->marked |= marked;
-    b->bent |= bent & inside;
-    b->filled |= filled;
-    for (int i = 0; filled; i++, filled >>= FV_BLOCK) b->missing[i] += __builtin_popcount(filled & 15);
+    if (!inside) return;
+    missing &= b->columns;
+    b->rows++;
+    b->bent |= bent & b->columns;
+    b->any_missing |= missing;
+    for (int i = 0; missing; i++, missing >>= FV_BLOCK) b->missing[i] += __builtin_popcount(missing & 15);
 }
 
+/* A block fails where a quarter of its pixels inside the picture are missing. */
 static void count_blocks(struct fv_reproject_tile *t, struct blocks *b, int row)
 {
-    for (int i = 0; i * FV_BLOCK < t->side && (b->marked | b->bent | b->filled); i++) {
+    for (int i = 0; i * FV_BLOCK < t->side && (b->marked | b->bent | b->any_missing); i++) {
         uint64_t bit = 1ull << (row * FV_BLOCKS + i);
+        int inside = b->rows * __builtin_popcount(b->columns >> (FV_BLOCK * i) & 15);
         if (b->marked >> (FV_BLOCK * i) & 15) t->marked |= bit;
-        if ((b->bent >> (FV_BLOCK * i) & 15) || b->missing[i] >= FV_BLOCK) t->failed |= bit;
+        if (b->bent >> (FV_BLOCK * i) & 15) t->failed |= bit;
+        if (b->missing[i] > 0 && 4 * b->missing[i] >= inside) t->failed |= bit;
     }
     *b = (struct blocks){.columns = b->columns};
 }
@@ -370,7 +376,7 @@ void reproject(struct fv_reproject_tile *t)
     for (int y = 0; y < t->side; y++) {
         v.y = (float)(t->y0 + y) + 0.5f;
         v.out = (int64_t)(t->y0 + y) * t->raster->stride + t->x0;
-        uint32_t filled = 0, marked = 0, bent = 0;
+        uint32_t missing = 0, marked = 0, bent = 0;
         float gy = ((float)y + 0.5f - t->node[1]) * (1 / t->spacing) + 1;
         int j = (int)gy;
         if (j != below) take_cells(t, &nodes, j, &cells);
@@ -382,12 +388,12 @@ void reproject(struct fv_reproject_tile *t)
         below = j;
         for (int x = 0; x < t->side; x += FV_WIDTH) {
             take_step(t, &t->map, &cells, x, &v);
-            filled |= (layers ? carry_layers(t, layer, layers, &own, coarse, &cells, x, &v) : carry(t, &own, coarse, &v)) << x;
+            missing |= (layers ? carry_layers(t, layer, layers, &own, coarse, &cells, x, &v) : carry(t, &own, coarse, &v)) << x;
             marked |= vi_bits(table_mask(cells.marked, v.cell)) << x;
             bent |= vi_bits(v.bent) << x;
             v.out += FV_WIDTH;
         }
-        count_row(t, &blocks, y, filled, marked, bent);
+        count_row(t, &blocks, y, missing, marked, bent);
         if (y % FV_BLOCK == FV_BLOCK - 1) count_blocks(t, &blocks, y / FV_BLOCK);
     }
 }

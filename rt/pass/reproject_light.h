@@ -1,6 +1,6 @@
 /* reproject_light: sampled light that is kept apart (method.light): albedo and light of the places where the kernel
- * finds a pixel's colour, and luminance as it is shown, of all planes together. For kernels only; nothing of it
- * runs where the planes are one. */
+ * finds a pixel's colour, and luminance as it is shown, of all planes together. For kernels only. Where there is
+ * one plane nothing of it runs but luminance, which is that plane's. */
 #ifndef FV_PASS_REPROJECT_LIGHT_H
 #define FV_PASS_REPROJECT_LIGHT_H
 

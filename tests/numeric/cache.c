@@ -144,7 +144,7 @@ static void still_views_converge(void **state)
         if (n != steps[step]) continue;
         double off = visit(&loop.frame, 0);
         print_message("after %d frames: %.2f of 1023 off\n", n, off);
-        /* What is left at last are roundings to 1023ths, which come and go. */
+        /* What is left at last are roundings to 1023ths, which come and go, in the reference's eight pictures too. */
         if (!(off < before || off < 4.5)) fail_msg("%.2f before", before);
         before = off;
         if (!step++) first = off;

@@ -120,7 +120,12 @@ static void orders(void **state)
     (void)state;
     const struct fv_stage_limit none = {.done = -1};
     open_rig(1, &made_up);
+    /* Row by row where none may be left out. */
     struct fv_stage_result r = stage(&by_gaze, &none);
+    assert_int_equal(r.done, rig.frame.tiles);
+    for (int i = 0; i < rig.frame.tiles; i++) assert_int_equal(rig.order[i], i);
+    const struct fv_stage_limit told = {.done = rig.frame.tiles};
+    r = stage(&by_gaze, &told);
     check_first_ones(rig.schedule.by_gaze, rig.frame.tiles, &r);
     for (int i = 1; i < rig.sequence; i++)
         if (floorf(rig.schedule.eccentricity_deg[rig.order[i]]) <
