@@ -21,7 +21,8 @@ static struct fv_arena the_arena = {.base = block, .built = sizeof block, .capac
 static atomic_flag busy = ATOMIC_FLAG_INIT;
 
 /* In pages of 2 MB where the kernel has them: rays find their way through far more memory than a processor's
- * translations of 4 KB pages span. Where there are none nothing changes. By number, as heap.c takes libraries' calls by name. */
+ * translations of 4 KB pages span. Where there are none nothing changes. By number, as heap.c takes libraries'
+ * calls by name. */
 static __attribute__((constructor(101))) void ask_for_large_pages(void)
 {
     size_t page = (size_t)sysconf(_SC_PAGESIZE), skipped = (size_t)(-(uintptr_t)block & (page - 1));

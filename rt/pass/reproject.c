@@ -112,8 +112,9 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     if (f->failed_blocks) f->failed_blocks[tile->index] = (uint8_t)__builtin_popcountll(r.failed);
     float p = fv_resample_probability(f, &f->parameters, tile->density);
     *resampled = r.failed;
-    /* Sampled no more often than others, they are chosen already. */
-    for (r.marked = f->resample > 1 || !f->keep ? r.marked : 0; r.marked; r.marked &= r.marked - 1) {
+    /* Where they are sampled no more often than others, what is to be is chosen already. */
+    if (f->resample <= 1 && f->keep) r.marked = 0;
+    for (; r.marked; r.marked &= r.marked - 1) {
         int block = __builtin_ctzll(r.marked);
         if (fv_tile_threshold(f, tile, block) < p) *resampled |= 1ull << block;
     }
