@@ -22,7 +22,8 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
     f->epsilon_depth = (float)c->method_epsilon_depth;
     f->epsilon_luminance = (float)c->method_epsilon_luminance;
     f->resample = (float)c->method_resample;
-    f->density_deg = (float)c->method_density_deg;
+    f->density_deg[FV_COARSE] = (float)c->method_density_deg;
+    f->density_deg[FV_COARSEST] = (float)fmax(c->method_density_deg, c->method_quarter_deg);
     f->light_divisor = (int)c->method_light_divisor;
     f->post_filter = (int)c->method_post_filter;
     f->cluster_shift = (int)c->method_cluster / 2;
@@ -152,9 +153,9 @@ static void swap_history(struct fv_loop *loop)
             f->buffer[b + FV_HISTORY_COLOUR][e] = now;
         }
     for (int t = 0; t < f->tiles; t++) {
-        uint8_t now = f->state[t].fine[0];
-        f->state[t].fine[0] = f->state[t].fine[1];
-        f->state[t].fine[1] = now;
+        uint8_t now = f->state[t].holds[0];
+        f->state[t].holds[0] = f->state[t].holds[1];
+        f->state[t].holds[1] = now;
     }
 }
 

@@ -14,10 +14,14 @@ static const char *const buffer_names[FV_BUFFERS] = {
     [FV_CACHE] = "cache",
     [FV_COARSE_COLOUR] = "coarse colour",
     [FV_COARSE_CACHE] = "coarse cache",
+    [FV_COARSEST_COLOUR] = "coarsest colour",
+    [FV_COARSEST_CACHE] = "coarsest cache",
     [FV_HISTORY_COLOUR] = "history colour",
     [FV_HISTORY_CACHE] = "history cache",
     [FV_COARSE_HISTORY_COLOUR] = "coarse history colour",
     [FV_COARSE_HISTORY_CACHE] = "coarse history cache",
+    [FV_COARSEST_HISTORY_COLOUR] = "coarsest history colour",
+    [FV_COARSEST_HISTORY_CACHE] = "coarsest history cache",
     [FV_SUPPORT_COLOUR] = "support colour",
     [FV_SUPPORT_DEPTH] = "support depth",
     [FV_SUPPORT_SURFACE] = "support surface",
@@ -69,6 +73,10 @@ static int64_t bytes_of(const struct fv_frame *f, enum fv_buffer buffer)
     case FV_COARSE_CACHE:
     case FV_COARSE_HISTORY_COLOUR:
     case FV_COARSE_HISTORY_CACHE: return pixels + 64;
+    case FV_COARSEST_COLOUR:
+    case FV_COARSEST_CACHE:
+    case FV_COARSEST_HISTORY_COLOUR:
+    case FV_COARSEST_HISTORY_CACHE: return pixels / 4 + 64;
     default: return 4 * pixels + 64; /* pixels are loaded in pairs: one behind the last */
     }
 }
@@ -121,8 +129,8 @@ static void name_users(const struct fv_plan *p, enum fv_buffer b, char *out, siz
 
 /* Buffers of colours: of each plane one image. */
 enum {
-    COLOURS = FV_BIT(FV_COLOUR) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_HISTORY_COLOUR) |
-              FV_BIT(FV_COARSE_HISTORY_COLOUR) | FV_BIT(FV_SUPPORT_COLOUR)
+    COLOURS = FV_BIT(FV_COLOUR) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSEST_COLOUR) | FV_BIT(FV_HISTORY_COLOUR) |
+              FV_BIT(FV_COARSE_HISTORY_COLOUR) | FV_BIT(FV_COARSEST_HISTORY_COLOUR) | FV_BIT(FV_SUPPORT_COLOUR)
 };
 
 static void choose_light(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config,
@@ -146,7 +154,7 @@ static void choose_buffers(struct fv_plan *p, const struct fv_frame *f)
     int64_t of_one_eye = 0;
     char users[128];
     for (int b = 0; b < FV_BUFFERS; b++) {
-        bool kept = p->buffers & FV_BIT(b), swapped = b >= FV_HISTORY_COLOUR && b <= FV_COARSE_HISTORY_CACHE;
+        bool kept = p->buffers & FV_BIT(b), swapped = b >= FV_HISTORY_COLOUR && b <= FV_COARSEST_HISTORY_CACHE;
         int64_t bytes = bytes_of(f, (enum fv_buffer)b) * (COLOURS & FV_BIT(b) ? p->planes : 1);
         if (kept) of_one_eye += bytes;
         p->bytes[b] = kept ? f->eyes * bytes : 0;
@@ -338,7 +346,7 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
     if (!p->history) return;
     f->state = fv_arena_take(fv_arena(), "tiles", (size_t)f->tiles * sizeof *f->state, 64);
     /* Nothing is history yet, wherever a tile turns out coarse. */
-    for (int t = 0; t < f->tiles; t++) f->state[t] = (struct fv_tile_state){.fine = {1, 1}};
+    for (int t = 0; t < f->tiles; t++) f->state[t] = (struct fv_tile_state){.holds = {FV_HELD_ALL, FV_HELD_ALL}};
 }
 
 void fv_plan_report(const struct fv_plan *p, struct fv_session *session)

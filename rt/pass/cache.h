@@ -22,6 +22,12 @@ static inline vf cache_depth(vi cache)
     return (vf)((cache >> 1) & 0x7fff8000);
 }
 
+/* Mask: there is none. */
+static inline vi cache_none(vi cache)
+{
+    return (cache >> 16) == -1;
+}
+
 /* Of one word; FV_DEPTH_UNKNOWN where there is none. */
 static inline float cache_depth_of(uint32_t cache)
 {

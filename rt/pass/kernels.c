@@ -21,20 +21,22 @@
     void fv_halve_##isa(const uint32_t *, const uint32_t *, uint32_t *, int);                                    \
     void fv_double_row_##isa(const uint32_t *, const uint32_t *, uint32_t *, int);                              \
     void fv_pixel_present_##isa(const uint32_t *, uint8_t *, int);
-#define ROW(trace_, isa)                                                                                         \
+/* Rows of the coarsest tiles are 8 pixels: `narrow` are kernels that take no more at a time. */
+#define ROW(trace_, isa, narrow)                                                                                         \
     {                                                                                                            \
         .trace = trace_##_##isa, .encode = fv_pixel_encode_##isa, .encode_light = fv_pixel_encode_light_##isa,   \
         .encode_albedo = fv_pixel_encode_albedo_##isa, .compose = fv_pixel_compose_##isa,                        \
-        .reproject = fv_reproject_##isa, .merge = fv_merge_##isa, .bounds = fv_bounds_##isa,                     \
+        .reproject = {fv_reproject_##isa, fv_reproject_##isa, fv_reproject_##narrow}, .merge = fv_merge_##isa,   \
+        .bounds = {fv_bounds_##isa, fv_bounds_##isa, fv_bounds_##narrow},                                        \
         .halve = fv_halve_##isa, .double_row = fv_double_row_##isa, .present = fv_pixel_present_##isa            \
     }
-#define ROWS(isa)                                                        \
+#define ROWS(isa, narrow)                                                        \
     {                                                                    \
-        [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, isa),                   \
-        [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, isa),             \
-        [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, isa),             \
-        [FV_VARIANT_ALL] = ROW(fv_trace_all, isa),                       \
-        [FV_VARIANT_MOVING] = ROW(fv_trace_samples, isa),                \
+        [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, isa, narrow),                   \
+        [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, isa, narrow),             \
+        [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, isa, narrow),             \
+        [FV_VARIANT_ALL] = ROW(fv_trace_all, isa, narrow),                       \
+        [FV_VARIANT_MOVING] = ROW(fv_trace_samples, isa, narrow),                \
     }
 
 DECLARE(base)
@@ -44,10 +46,10 @@ DECLARE(avx512)
 #endif
 
 static const struct fv_kernels table[FV_ISA_COUNT][FV_VARIANTS] = {
-    [FV_ISA_BASE] = ROWS(base),
+    [FV_ISA_BASE] = ROWS(base, base),
 #ifdef __x86_64__
-    [FV_ISA_AVX2] = ROWS(avx2),
-    [FV_ISA_AVX512] = ROWS(avx512),
+    [FV_ISA_AVX2] = ROWS(avx2, avx2),
+    [FV_ISA_AVX512] = ROWS(avx512, avx2),
 #endif
 };
 

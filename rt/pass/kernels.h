@@ -6,6 +6,9 @@
 #include "rt/trace/tracer.h"
 #include "rt/trace/variant.h"
 
+/* How dense a tile's pixels are (pass.h): they are 1 << density of the picture's a side. */
+enum fv_density { FV_FINE, FV_COARSE, FV_COARSEST, FV_DENSITIES };
+
 struct fv_reproject_tile; /* rt/pass/reproject.h */
 struct fv_merge;          /* rt/pass/merge.h */
 
@@ -26,15 +29,15 @@ struct fv_kernels {
     /* Pixels of base + albedo * light; with base's flags. `pixel` may be one of the others. */
     void (*compose)(const uint32_t *base, const uint32_t *albedo, const uint32_t *light, uint32_t *pixel, int n);
 
-    /* One tile of history into the new view; see reproject.h. */
-    void (*reproject)(struct fv_reproject_tile *tile);
+    /* One tile of history into the new view, by its density; see reproject.h. */
+    void (*reproject[FV_DENSITIES])(struct fv_reproject_tile *tile);
 
     /* New samples over what was reprojected; see merge.h. */
     void (*merge)(const struct fv_merge *merge);
 
-    /* The greatest and the least inverse depth at and around each pixel of a tile, within it; rows of `cache`
+    /* The greatest and the least inverse depth at and around each pixel of a tile, by its density, within it; rows of `cache`
      * are `stride` apart, those of the results FV_TILE. `rows`: a bit for each row that is wanted. */
-    void (*bounds)(const uint32_t *cache, int64_t stride, int side, uint32_t rows, float *nearest, float *farthest);
+    void (*bounds[FV_DENSITIES])(const uint32_t *cache, int64_t stride, int side, uint32_t rows, float *nearest, float *farthest);
 
     /* Two rows of 2n pixels to one of n, their means. */
     void (*halve)(const uint32_t *upper, const uint32_t *lower, uint32_t *out, int n);

@@ -39,7 +39,7 @@ static void take_bounds(const struct fv_frame *f, const struct fv_tile *tile, ui
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     const struct fv_raster *raster = fv_tile_raster(f, tile);
-    f->kernels->bounds(raster->cache + fv_tile_row(f, tile, 0), raster->stride, fv_tile_side(tile), rows,
+    f->kernels->bounds[tile->density](raster->cache + fv_tile_row(f, tile, 0), raster->stride, fv_tile_side(tile), rows,
                        s->tile_nearest, s->tile_farthest);
 }
 
@@ -112,12 +112,12 @@ void fv_merge_nodes(struct fv_frame *f, const struct fv_tile *tile)
     int node_x = (int)(f->node[0] * (float)f->spacing), node_y = (int)(f->node[1] * (float)f->spacing);
     int side = FV_TILE / f->spacing, n = 0;
     uint32_t rows = 0;
-    for (int y = 0; y < side; y++) rows |= 1u << ((y * f->spacing + node_y) >> tile->shift);
+    for (int y = 0; y < side; y++) rows |= 1u << ((y * f->spacing + node_y) >> tile->density);
     take_bounds(f, tile, rows);
     for (int y = 0; y < side; y++)
         for (int x = 0; x < side; x++, n++) {
             int64_t node = (tile->y0 / f->spacing + y) * (f->stride / f->spacing) + tile->x0 / f->spacing + x;
-            int column = (x * f->spacing + node_x) >> tile->shift, row = (y * f->spacing + node_y) >> tile->shift;
+            int column = (x * f->spacing + node_x) >> tile->density, row = (y * f->spacing + node_y) >> tile->density;
             at[n] = fv_tile_row(f, tile, row) + column;
             for (int p = 0; p < f->planes; p++) {
                 s->pixel[p][n] = colour[p * f->support_plane + node];
@@ -138,25 +138,28 @@ void fv_merge_nodes(struct fv_frame *f, const struct fv_tile *tile)
     }
 }
 
-/* Of four fine pixels, one's; no history where what moves is mixed with what does not. */
+/* Of four pixels, one's; no history where one has none or what moves is mixed with what does not. */
 static uint32_t coarse_cache(const uint32_t *upper, const uint32_t *lower)
 {
     uint32_t differ = (upper[0] ^ upper[1]) | (upper[0] ^ lower[0]) | (upper[0] ^ lower[1]);
-    return differ & FV_CACHE_MOVING ? FV_CACHE_NONE | (upper[0] & 0xffff) : upper[0];
+    bool none = upper[0] >= FV_CACHE_NONE || upper[1] >= FV_CACHE_NONE || lower[0] >= FV_CACHE_NONE || lower[1] >= FV_CACHE_NONE;
+    return none || (differ & FV_CACHE_MOVING) ? FV_CACHE_NONE | (upper[0] & 0xffff) : upper[0];
 }
 
-/* Of a coarse tile, into the fine raster: what lies next to the fine tile that is dx to the right and dy below. */
-static void border(struct fv_frame *f, const struct fv_tile *tile, int dx, int dy)
+/* Of a tile, into the raster of a higher density: what lies next to the tile of it that is dx to the right and dy
+ * below. */
+static void border(struct fv_frame *f, const struct fv_tile *tile, int density, int dx, int dy)
 {
-    const struct fv_raster *fine = &f->raster[FV_FINE][tile->eye], *coarse = &f->raster[FV_COARSE][tile->eye];
-    int left = dx > 0 ? FV_TILE - REACH : 0, right = dx < 0 ? REACH : FV_TILE;
-    int top = dy > 0 ? FV_TILE - REACH : 0, bottom = dy < 0 ? REACH : FV_TILE;
+    const struct fv_raster *own = fv_tile_raster(f, tile), *denser = &f->raster[density][tile->eye];
+    int side = FV_TILE >> density, shift = tile->density - density, x0 = tile->x0 >> density, y0 = tile->y0 >> density;
+    int left = dx > 0 ? side - REACH : 0, right = dx < 0 ? REACH : side;
+    int top = dy > 0 ? side - REACH : 0, bottom = dy < 0 ? REACH : side;
     for (int p = 0; p < f->planes; p++) {
-        uint32_t *to = fine->colour + p * fine->plane;
-        const uint32_t *from = coarse->colour + p * coarse->plane;
-        for (int y = tile->y0 + top; y < tile->y0 + bottom; y++)
-            for (int x = tile->x0 + left; x < tile->x0 + right; x++)
-                to[y * fine->stride + x] = from[y / 2 * coarse->stride + x / 2] & FV_PIXEL_COLOUR;
+        uint32_t *to = denser->colour + p * denser->plane;
+        const uint32_t *from = own->colour + p * own->plane;
+        for (int y = y0 + top; y < y0 + bottom; y++)
+            for (int x = x0 + left; x < x0 + right; x++)
+                to[y * denser->stride + x] = from[(y >> shift) * own->stride + (x >> shift)] & FV_PIXEL_COLOUR;
     }
 }
 
@@ -166,40 +169,43 @@ static void borders(struct fv_frame *f, const struct fv_tile *tile)
     for (int dy = -1; dy <= 1; dy++)
         for (int dx = -1; dx <= 1; dx++) {
             bool there = column + dx >= 0 && column + dx < f->tiles_x && row + dy >= 0 && row + dy < f->tiles_y;
-            if (there && f->state[tile->index + dy * f->tiles_x + dx].density == FV_FINE) border(f, tile, dx, dy);
+            int of = there ? f->state[tile->index + dy * f->tiles_x + dx].density : tile->density;
+            for (int d = of; d < tile->density; d++) border(f, tile, d, dx, dy);
         }
 }
 
 /* Rows of albedo and light at half the density; what the light is worth is one pixel's. */
-static void halve_apart(struct fv_frame *f, const struct fv_raster *fine, int64_t from, const struct fv_raster *coarse,
+static void halve_apart(struct fv_frame *f, const struct fv_raster *dense, int64_t from, const struct fv_raster *coarse,
                         int64_t to, int n)
 {
     for (int p = FV_PLANE_ALBEDO; p < FV_PLANES; p++) {
-        const uint32_t *row = fine->colour + p * fine->plane + from;
+        const uint32_t *row = dense->colour + p * dense->plane + from;
         uint32_t *out = coarse->colour + p * coarse->plane + to;
-        f->kernels->halve(row, row + fine->stride, out, n);
+        f->kernels->halve(row, row + dense->stride, out, n);
         for (int x = 0; x < n; x++) out[x] = (out[x] & FV_PIXEL_COLOUR) | (row[2 * x] & ~FV_PIXEL_COLOUR);
+    }
+}
+
+/* A tile from one raster into the next coarser one. */
+static void halve(struct fv_frame *f, const struct fv_tile *tile, int density)
+{
+    const struct fv_raster *dense = &f->raster[density][tile->eye], *coarse = &f->raster[density + 1][tile->eye];
+    int half = FV_TILE >> (density + 1), x0 = tile->x0 >> (density + 1), y0 = tile->y0 >> (density + 1);
+    for (int y = 0; y < half; y++) {
+        int64_t to = (int64_t)(y0 + y) * coarse->stride + x0, from = (int64_t)(y0 + y) * 2 * dense->stride + 2 * x0;
+        f->kernels->halve(dense->colour + from, dense->colour + from + dense->stride, coarse->colour + to, half);
+        if (fv_light_apart(f)) halve_apart(f, dense, from, coarse, to, half);
+        const uint32_t *cache = dense->cache + from;
+        if (f->tracer->instances > 0)
+            for (int x = 0; x < half; x++) coarse->cache[to + x] = coarse_cache(cache + 2 * x, cache + dense->stride + 2 * x);
+        else
+            for (int x = 0; x < half; x++) coarse->cache[to + x] = cache[2 * x];
     }
 }
 
 void fv_merge_coarse(struct fv_frame *f, const struct fv_tile *tile)
 {
-    const struct fv_raster *fine = &f->raster[FV_FINE][tile->eye], *coarse = &f->raster[FV_COARSE][tile->eye];
-    enum { HALF = FV_TILE / 2 };
-    if (!coarse->colour) return;
-    if (tile->density == FV_COARSE) {
-        borders(f, tile);
-        return;
-    }
-    for (int y = 0; y < HALF; y++) {
-        int64_t from = (int64_t)(tile->y0 + 2 * y) * fine->stride + tile->x0;
-        int64_t to = (int64_t)(tile->y0 / 2 + y) * coarse->stride + tile->x0 / 2;
-        f->kernels->halve(fine->colour + from, fine->colour + from + fine->stride, coarse->colour + to, HALF);
-        if (fv_light_apart(f)) halve_apart(f, fine, from, coarse, to, HALF);
-        const uint32_t *cache = fine->cache + from;
-        if (f->tracer->instances > 0)
-            for (int x = 0; x < HALF; x++) coarse->cache[to + x] = coarse_cache(cache + 2 * x, cache + fine->stride + 2 * x);
-        else
-            for (int x = 0; x < HALF; x++) coarse->cache[to + x] = cache[2 * x];
-    }
+    if (!f->raster[FV_COARSEST][tile->eye].colour) return;
+    borders(f, tile);
+    for (int d = tile->density; d + 1 < FV_DENSITIES; d++) halve(f, tile, d);
 }

@@ -35,8 +35,8 @@ void fv_merge_nodes(struct fv_frame *frame, const struct fv_tile *tile);
  * Weier et al. 2016, section 3.5. Only where light is kept apart. */
 void fv_merge_filter(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);
 
-/* A fine tile into the coarse raster, or the borders that a coarse tile has with fine ones into the fine raster:
- * colours that these tiles' history is interpolated with. */
+/* A tile into the coarser rasters, and the borders that it has with denser tiles into their rasters: colours that
+ * these tiles' history is interpolated with. */
 void fv_merge_coarse(struct fv_frame *frame, const struct fv_tile *tile);
 
 #endif

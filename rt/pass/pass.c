@@ -10,10 +10,10 @@ void fv_frame_lay(struct fv_frame *f)
 {
     for (int e = 0; e < f->eyes; e++)
         for (int d = 0; d < FV_DENSITIES; d++) {
-            enum fv_buffer colour = d == FV_FINE ? FV_COLOUR : FV_COARSE_COLOUR;
+            int colour = FV_COLOUR + 2 * d;
             f->raster[d][e] = (struct fv_raster){
-                .width = (f->width + d) >> d,
-                .height = (f->height + d) >> d,
+                .width = (f->width + (1 << d) - 1) >> d,
+                .height = (f->height + (1 << d) - 1) >> d,
                 .stride = f->stride >> d,
                 .scale = (float)(1 << d),
                 .colour = f->buffer[colour][e],
@@ -30,7 +30,7 @@ struct fv_tile fv_tile_at(const struct fv_frame *f, int index, int worker)
     int per_eye = f->tiles_x * f->tiles_y, in_eye = index % per_eye;
     struct fv_tile tile = {.index = index, .eye = index / per_eye, .worker = worker,
                            .x0 = in_eye % f->tiles_x * FV_TILE, .y0 = in_eye / f->tiles_x * FV_TILE};
-    fv_tile_set_density(&tile, f->state ? f->state[index].density : FV_FINE);
+    tile.density = f->state ? f->state[index].density : FV_FINE;
     return tile;
 }
 
@@ -42,14 +42,18 @@ float fv_tile_reach_deg(const struct fv_view *view)
 enum fv_density fv_ring_density(const struct fv_frame *f, const struct fv_parameters *p, float e)
 {
     float outer = p->foveal.r1_deg > p->foveal.r0_deg ? p->foveal.r1_deg : p->foveal.r0_deg;
-    if (!f->state || 4 * p->foveal.p_min > 1) return FV_FINE;
-    float from_deg = outer > f->density_deg ? outer : f->density_deg;
-    return e - fv_tile_reach_deg(&f->view[0]) > from_deg ? FV_COARSE : FV_FINE;
+    if (!f->state) return FV_FINE;
+    for (int d = FV_DENSITIES - 1; d > FV_FINE; d--) {
+        float from_deg = outer > f->density_deg[d] ? outer : f->density_deg[d];
+        if ((float)fv_density_pixels(d) * p->foveal.p_min <= 1 && e - fv_tile_reach_deg(&f->view[0]) > from_deg)
+            return (enum fv_density)d;
+    }
+    return FV_FINE;
 }
 
 float fv_block_probability(const struct fv_frame *f, float p, int density, int spacing)
 {
-    float pixels = density == FV_COARSE ? 4 : 1, share = pixels * p;
+    float pixels = (float)fv_density_pixels(density), share = pixels * p;
     float support = f->support_counts ? pixels / (float)(spacing * spacing) : 0;
     if (share >= 1) return 1;
     return share > support ? (share - support) / (1 - support) : 0;
@@ -70,7 +74,7 @@ void fv_pass_run(const struct fv_pass *pass, struct fv_frame *frame, struct fv_w
 
 uint64_t fv_tile_inside(const struct fv_frame *f, const struct fv_tile *tile)
 {
-    int size = FV_BLOCK << tile->shift, side = fv_tile_side(tile) / FV_BLOCK;
+    int size = FV_BLOCK << tile->density, side = fv_tile_side(tile) / FV_BLOCK;
     int columns = (f->width - tile->x0 + size - 1) / size, rows = (f->height - tile->y0 + size - 1) / size;
     uint64_t row = (1u << (columns < side ? columns : side)) - 1, mask = 0;
     for (int y = 0; y < rows && y < side; y++) mask |= row << (8 * y);
@@ -79,15 +83,15 @@ uint64_t fv_tile_inside(const struct fv_frame *f, const struct fv_tile *tile)
 
 float fv_tile_threshold(const struct fv_frame *f, const struct fv_tile *tile, int block)
 {
-    int size = FV_BLOCK << tile->shift;
-    int shift = tile->density == FV_COARSE ? f->cluster_shift : 0;
+    int size = FV_BLOCK << tile->density;
+    int shift = fv_cluster_shift(f, tile->density);
     int x = (tile->x0 / size + block % FV_BLOCKS) >> shift, y = (tile->y0 / size + block / FV_BLOCKS) >> shift;
     return fv_noise_threshold(f->noise, x + 29 * tile->eye, y + 37 * tile->eye, f->number);
 }
 
 float fv_tile_eccentricity_deg(const struct fv_frame *f, const struct fv_tile *tile, int block)
 {
-    int size = FV_BLOCK << tile->shift;
+    int size = FV_BLOCK << tile->density;
     float x = (float)(tile->x0 + block % FV_BLOCKS * size) + 0.5f * (float)size;
     float y = (float)(tile->y0 + block / FV_BLOCKS * size) + 0.5f * (float)size;
     return fv_eccentricity_deg(&f->view[tile->eye], x, y);
@@ -96,13 +100,13 @@ float fv_tile_eccentricity_deg(const struct fv_frame *f, const struct fv_tile *t
 float fv_tile_nearest_deg(const struct fv_frame *f, const struct fv_tile *tile, int block)
 {
     return fv_tile_eccentricity_deg(f, tile, block) -
-           fv_radius_deg(&f->view[tile->eye], (float)(FV_BLOCK << tile->shift));
+           fv_radius_deg(&f->view[tile->eye], (float)(FV_BLOCK << tile->density));
 }
 
 void fv_tile_place(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
 {
     struct fv_samples *samples = &f->scratch[tile->worker].samples;
-    int n = 0, step = 1 << tile->shift, size = FV_BLOCK * step;
+    int n = 0, step = 1 << tile->density, size = FV_BLOCK * step;
     float first_x = (float)step * (0.5f + f->jitter[0]), first_y = (float)step * (0.5f + f->jitter[1]);
     for (uint64_t left = blocks; left; left &= left - 1) {
         int block = __builtin_ctzll(left);

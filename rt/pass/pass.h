@@ -6,9 +6,9 @@
  * support nodes), so the order of tiles changes nothing.
  *
  * Far from the gaze tiles are coarse: kept at half the density, as 16 x 16 pixels twice as large, in 4 x 4
- * blocks, in a raster of their own. That raster also holds the fine tiles, halved, so that it always is the
- * whole picture; the fine raster holds fine tiles and the colours next to them, and no history (FV_CACHE_NONE)
- * elsewhere. */
+ * blocks, in a raster of their own; and farther out at a quarter of it, as 8 x 8 pixels four times as large. Each
+ * raster also holds the denser ones' tiles, halved, so that the coarsest always is the whole picture; a denser one
+ * holds its tiles and the colours next to them, and no history (FV_CACHE_NONE) elsewhere. */
 #ifndef FV_PASS_PASS_H
 #define FV_PASS_PASS_H
 
@@ -19,8 +19,6 @@
 
 enum { FV_TILE = 32, FV_BLOCK = 4, FV_BLOCKS = FV_TILE / FV_BLOCK };
 
-enum fv_density { FV_FINE, FV_COARSE, FV_DENSITIES };
-
 /* What buffers of colours hold, image behind image: pixels; and where sampled light is kept apart, the pixels'
  * albedo and light (trace/pixel.h). The two bits above these are a number c of 0 to 15, light's the upper ones
  * and albedo's the lower: the light is worth c + 1 samples. */
@@ -29,12 +27,16 @@ enum fv_plane { FV_PLANE_BASE, FV_PLANE_ALBEDO, FV_PLANE_LIGHT, FV_PLANES };
 enum fv_buffer {
     FV_COLOUR, /* this frame's pixels (trace/pixel.h), stride x rows */
     FV_CACHE,  /* their depths and what is known of their history (pass/cache.h) */
-    FV_COARSE_COLOUR, /* both of the coarse raster */
+    FV_COARSE_COLOUR, /* both of the coarse raster, and of the coarsest */
     FV_COARSE_CACHE,
-    FV_HISTORY_COLOUR, /* the frame before: swapped with the four above after each frame */
+    FV_COARSEST_COLOUR,
+    FV_COARSEST_CACHE,
+    FV_HISTORY_COLOUR, /* the frame before: swapped with the six above after each frame */
     FV_HISTORY_CACHE,
     FV_COARSE_HISTORY_COLOUR,
     FV_COARSE_HISTORY_CACHE,
+    FV_COARSEST_HISTORY_COLOUR,
+    FV_COARSEST_HISTORY_CACHE,
     FV_SUPPORT_COLOUR, /* support image: one node in every cell of `spacing` pixels, at `node` of the cell */
     FV_SUPPORT_DEPTH,  /* support G-buffer */
     FV_SUPPORT_SURFACE, /* of the nodes, enum fv_surface, a byte each */
@@ -46,6 +48,9 @@ enum fv_buffer {
 
 /* Bit of a buffer in a pass's reads and writes. */
 #define FV_BIT(buffer) (1u << (buffer))
+
+/* Bits of the colours and caches of all rasters, from the first of them. */
+#define FV_RASTERS ((1u << 2 * FV_DENSITIES) - 1)
 
 /* A pixel's colour, and flags above it (trace/pixel.h). */
 #define FV_PIXEL_COLOUR (FV_PIXEL_SAMPLED - 1)
@@ -81,17 +86,20 @@ struct fv_rings {
 struct fv_raster {
     int width, height; /* what of it lies in the picture at least in part */
     int64_t stride;
-    float scale;       /* picture pixels a pixel: 1 or 2 */
+    float scale;       /* picture pixels a pixel: 1, 2 or 4 */
     uint32_t *colour, *cache;
     const uint32_t *history_colour, *history_cache;
     int64_t plane;     /* elements from one of a colour's images to the next */
 };
 
+/* Of struct fv_tile_state's holds: in every raster. */
+enum { FV_HELD_ALL = (1 << FV_DENSITIES) - 1 };
+
 /* What a tile was in a frame. */
 struct fv_tile_state {
     uint8_t density;     /* enum fv_density, by select */
     uint8_t reprojected; /* what stands in its pixels before they are sampled came from history */
-    uint8_t fine[2];     /* FV_CACHE, FV_HISTORY_CACHE may hold history here */
+    uint8_t holds[2];    /* bit d: the raster of density d may hold history here, of this frame and the last */
 };
 
 struct fv_frame {
@@ -105,8 +113,9 @@ struct fv_frame {
     bool support_counts;         /* support nodes are among the samples that the foveal function asks for */
     float epsilon_depth, epsilon_luminance;
     float resample;              /* how many times as often marked blocks are sampled */
-    float density_deg;           /* eccentricity beyond which tiles may be coarse */
-    int cluster_shift;           /* coarse tiles: 1 << this blocks a side are sampled in the same frames */
+    float density_deg[FV_DENSITIES]; /* eccentricities beyond which tiles may be as coarse */
+    int cluster_shift;           /* coarse tiles: 1 << this blocks a side are sampled in the same frames; in the
+                                  * coarsest half as many */
     bool sharp;                  /* history is interpolated by cubics, not linearly */
     bool still;                  /* nothing moves: history is carried without loss, and all samples count alike */
     float k[2][128];             /* least weight of a new sample, by age (pass/cache.h); [1]: where still */
@@ -140,8 +149,7 @@ void fv_frame_lay(struct fv_frame *frame);
 struct fv_tile {
     int index, eye, worker;
     int x0, y0;    /* first pixel */
-    int density;   /* enum fv_density */
-    int shift;     /* 1 where coarse: coordinates in its raster are those of the picture shifted right by it */
+    int density;   /* enum fv_density: coordinates in its raster are those of the picture shifted right by it */
 };
 
 /* What a pass needs besides buffers. */
@@ -193,7 +201,7 @@ void fv_pass_run(const struct fv_pass *pass, struct fv_frame *frame, struct fv_w
 /* Pixels along a tile's side, in its raster. */
 static inline int fv_tile_side(const struct fv_tile *tile)
 {
-    return FV_TILE >> tile->shift;
+    return FV_TILE >> tile->density;
 }
 
 static inline const struct fv_raster *fv_tile_raster(const struct fv_frame *frame, const struct fv_tile *tile)
@@ -204,8 +212,8 @@ static inline const struct fv_raster *fv_tile_raster(const struct fv_frame *fram
 /* First element of the tile's row y in its raster. */
 static inline int64_t fv_tile_row(const struct fv_frame *frame, const struct fv_tile *tile, int y)
 {
-    return (int64_t)((tile->y0 >> tile->shift) + y) * fv_tile_raster(frame, tile)->stride +
-           (tile->x0 >> tile->shift);
+    return (int64_t)((tile->y0 >> tile->density) + y) * fv_tile_raster(frame, tile)->stride +
+           (tile->x0 >> tile->density);
 }
 
 /* First element of a block's row y (0..3). */
@@ -214,19 +222,25 @@ static inline int64_t fv_block_row(const struct fv_frame *frame, const struct fv
     return fv_tile_row(frame, tile, block / FV_BLOCKS * FV_BLOCK + y) + block % FV_BLOCKS * FV_BLOCK;
 }
 
-/* Makes it a tile of that density. */
-static inline void fv_tile_set_density(struct fv_tile *tile, int density)
+/* Of the picture's pixels, how many one stands for. */
+static inline int fv_density_pixels(int density)
 {
-    tile->density = density;
-    tile->shift = density == FV_COARSE;
+    return 1 << 2 * density;
+}
+
+/* Blocks a side, as a power of two, that are sampled in the same frames. */
+static inline int fv_cluster_shift(const struct fv_frame *frame, int density)
+{
+    return density == FV_FINE ? 0 : density == FV_COARSE || !frame->cluster_shift ? frame->cluster_shift
+                                                                                  : frame->cluster_shift - 1;
 }
 
 /* The share of a raster's blocks to be sampled where p of the picture's pixels are: a coarse pixel stands for
- * four, and the support image's samples, `spacing` pixels apart, count among them. */
+ * several, and the support image's samples, `spacing` pixels apart, count among them. */
 float fv_block_probability(const struct fv_frame *frame, float p, int density, int spacing);
 
 /* The density of a tile whose middle lies at this eccentricity: coarse past r1 and method.density_deg as a whole,
- * and only where the samples wanted there do not suffice for the picture's own density. */
+ * coarsest past method.quarter_deg, and only where the samples wanted there do not suffice for the picture's own density. */
 enum fv_density fv_ring_density(const struct fv_frame *frame, const struct fv_parameters *parameters,
                                 float eccentricity_deg);
 

@@ -102,8 +102,8 @@ static uint32_t mixed(uint32_t own, uint32_t other, uint32_t weight)
 void fv_merge_filter(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
 {
     const struct fv_raster *raster = fv_tile_raster(f, tile);
-    int side = fv_tile_side(tile), right = raster->width - (tile->x0 >> tile->shift);
-    int below = raster->height - (tile->y0 >> tile->shift);
+    int side = fv_tile_side(tile), right = raster->width - (tile->x0 >> tile->density);
+    int below = raster->height - (tile->y0 >> tile->density);
     struct window w = {.raster = raster,
                        .first = fv_tile_row(f, tile, 0),
                        .width = right < side ? right : side,

@@ -27,29 +27,49 @@ static void overlay_row(const struct fv_frame *f, const struct fv_tile *tile, in
     }
 }
 
-/* A coarse tile's pixels and those around it, whose centres lie inside the picture. */
-enum { HALF = FV_TILE / 2, ROW = HALF + 2 };
+/* Rows of a coarse tile with a pixel more at both ends, as long as a fine tile's, for the kernels: what is behind
+ * does not matter. */
+enum { HALF = FV_TILE / 2, ROW = FV_TILE };
 
-static void take_plane(const struct fv_raster *r, int plane, int x0, int y, uint32_t row[FV_TILE])
+static int within(int i, int count)
 {
-    y = y < 0 ? 0 : y >= r->height ? r->height - 1 : y;
-    const uint32_t *from = r->colour + plane * r->plane + y * r->stride;
-    int right = x0 + HALF < r->width ? x0 + HALF : r->width - 1;
-    memcpy(row + 1, from + x0, HALF * sizeof *row);
-    row[0] = from[x0 > 0 ? x0 - 1 : 0];
-    row[ROW - 1] = from[right];
-    for (int x = right - x0 + 2; x < ROW; x++) row[x] = from[right];
+    return i < 0 ? 0 : i >= count ? count - 1 : i;
 }
 
-/* With all light. Rows are as long as a tile's, for the kernel; what is behind ROW does not matter. */
-static void take_row(const struct fv_frame *f, const struct fv_raster *r, int x0, int y, uint32_t row[FV_TILE])
+/* n pixels of row y from x0; beyond the picture's pixels whose centres lie in it, those at its border. */
+static void take_plane(const struct fv_raster *r, int plane, int x0, int y, int n, uint32_t row[ROW])
 {
-    take_plane(r, FV_PLANE_BASE, x0, y, row);
+    const uint32_t *from = r->colour + plane * r->plane + within(y, r->height) * r->stride;
+    if (x0 >= 0 && x0 + n <= r->width) memcpy(row, from + x0, (size_t)n * sizeof *row);
+    else
+        for (int x = 0; x < n; x++) row[x] = from[within(x0 + x, r->width)];
+}
+
+/* With all light. */
+static void take_row(const struct fv_frame *f, const struct fv_raster *r, int x0, int y, int n, uint32_t row[ROW])
+{
+    take_plane(r, FV_PLANE_BASE, x0, y, n, row);
     if (!fv_light_apart(f)) return;
-    _Alignas(64) uint32_t albedo[FV_TILE] = {0}, light[FV_TILE] = {0};
-    take_plane(r, FV_PLANE_ALBEDO, x0, y, albedo);
-    take_plane(r, FV_PLANE_LIGHT, x0, y, light);
-    f->kernels->compose(row, albedo, light, row, FV_TILE);
+    _Alignas(64) uint32_t albedo[ROW] = {0}, light[ROW] = {0};
+    take_plane(r, FV_PLANE_ALBEDO, x0, y, n, albedo);
+    take_plane(r, FV_PLANE_LIGHT, x0, y, n, light);
+    f->kernels->compose(row, albedo, light, row, ROW);
+}
+
+/* Row y of a coarse tile and the pixels next to it, from (x0 - 1, y) of its raster. Of the coarsest tiles, doubled. */
+static void take_coarse(const struct fv_frame *f, const struct fv_tile *tile, int x0, int y, uint32_t row[ROW])
+{
+    const struct fv_raster *r = fv_tile_raster(f, tile);
+    if (tile->density == FV_COARSE) {
+        take_row(f, r, x0 - 1, y, HALF + 2, row);
+        return;
+    }
+    _Alignas(64) uint32_t near[ROW] = {0}, far[ROW] = {0}, twice[2 * HALF];
+    int above = y >> 1;
+    take_row(f, r, x0 / 2 - 2, above, HALF / 2 + 4, near);
+    take_row(f, r, x0 / 2 - 2, y & 1 ? above + 1 : above - 1, HALF / 2 + 4, far);
+    f->kernels->double_row(near, far, twice, HALF);
+    memcpy(row, twice + 1, (HALF + 2) * sizeof *row);
 }
 
 static void show_row(const struct fv_frame *f, const struct fv_tile *tile, int y, const uint32_t *colour)
@@ -61,15 +81,15 @@ static void show_row(const struct fv_frame *f, const struct fv_tile *tile, int y
 
 static void show_coarse(const struct fv_frame *f, const struct fv_tile *tile)
 {
-    const struct fv_raster *r = &f->raster[FV_COARSE][tile->eye];
-    _Alignas(64) uint32_t row[3][FV_TILE] = {{0}};
+    const struct fv_raster *r = fv_tile_raster(f, tile);
+    _Alignas(64) uint32_t row[3][ROW] = {{0}};
     _Alignas(64) uint32_t colour[FV_TILE];
     int x0 = tile->x0 / 2, y0 = tile->y0 / 2;
-    for (int y = 0; y < HALF; y++) __builtin_prefetch(r->colour + (y0 + y) * r->stride + x0);
-    take_row(f, r, x0, y0 - 1, row[2]);
-    take_row(f, r, x0, y0, row[0]);
+    for (int y = 0; y < fv_tile_side(tile); y++) __builtin_prefetch(r->colour + fv_tile_row(f, tile, y));
+    take_coarse(f, tile, x0, y0 - 1, row[2]);
+    take_coarse(f, tile, x0, y0, row[0]);
     for (int y = 0; y < HALF; y++) {
-        take_row(f, r, x0, y0 + y + 1, row[(y + 1) % 3]);
+        take_coarse(f, tile, x0, y0 + y + 1, row[(y + 1) % 3]);
         for (int lower = 0; lower < 2; lower++) {
             f->kernels->double_row(row[y % 3], row[(y + (lower ? 1 : 2)) % 3], colour, HALF);
             show_row(f, tile, 2 * y + lower, colour);
@@ -82,7 +102,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     const uint32_t *colour = f->buffer[FV_COLOUR][tile->eye];
     int64_t plane = f->raster[FV_FINE][tile->eye].plane;
     _Alignas(64) uint32_t whole[FV_TILE];
-    if (tile->density == FV_COARSE) show_coarse(f, tile);
+    if (tile->density != FV_FINE) show_coarse(f, tile);
     for (int y = 0; y < FV_TILE && tile->density == FV_FINE; y++) {
         const uint32_t *row = colour + (tile->y0 + y) * f->stride + tile->x0;
         if (fv_light_apart(f)) {
@@ -95,6 +115,6 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
 }
 
 const struct fv_pass fv_pass_present = {.name = "present",
-                                        .reads = FV_BIT(FV_COLOUR) | FV_BIT(FV_COARSE_COLOUR),
+                                        .reads = FV_BIT(FV_COLOUR) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSEST_COLOUR),
                                         .writes = FV_BIT(FV_PICTURE),
                                         .run = run};

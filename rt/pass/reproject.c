@@ -59,15 +59,14 @@ static void take_objects(const struct fv_frame *f, const struct fv_tile *tile, s
 struct fv_reprojected fv_reproject(struct fv_frame *f, const struct fv_tile *tile)
 {
     int e = tile->eye, side = f->spacing;
-    const struct fv_raster *raster = fv_tile_raster(f, tile), *coarse = &f->raster[FV_COARSE][e];
+    const struct fv_raster *raster = fv_tile_raster(f, tile);
     float spacing = (float)side / raster->scale, to[3];
     struct fv_reproject_tile t = {
         .map = scaled(&f->map[e], raster->scale),
         .moves = f->tracer->instances > 0,
         .raster = raster,
-        .coarse = tile->density == FV_FINE && coarse->history_colour ? coarse : NULL,
-        .x0 = tile->x0 >> tile->shift,
-        .y0 = tile->y0 >> tile->shift,
+        .x0 = tile->x0 >> tile->density,
+        .y0 = tile->y0 >> tile->density,
         .side = fv_tile_side(tile),
         .sharp = f->sharp,
         .spacing = spacing,
@@ -89,7 +88,8 @@ struct fv_reprojected fv_reproject(struct fv_frame *f, const struct fv_tile *til
     /* What was nearer by a factor was larger by the same. */
     t.middle = carry_middle(f, tile, to);
     t.footprint = to[2] > 0.125f ? 1 / to[2] : 8;
-    f->kernels->reproject(&t);
+    for (int d = tile->density + 1; d < FV_DENSITIES; d++) t.coarser[t.coarsers++] = &f->raster[d][e];
+    f->kernels->reproject[tile->density](&t);
     f->state[tile->index].reprojected = 1;
     fv_merge_nodes(f, tile);
     return (struct fv_reprojected){.marked = t.marked, .failed = t.failed};
@@ -123,12 +123,13 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     return fv_tile_side(tile) * fv_tile_side(tile);
 }
 
-/* The history's pixels, all of the tile moved by as much as the surface in its middle. */
+/* The history's pixels, all of the tile moved by as much as the surface in its middle; where its raster holds
+ * none, a coarser one's. */
 static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 {
-    const struct fv_raster *raster = fv_tile_raster(f, tile), *coarse = &f->raster[FV_COARSE][tile->eye];
+    const struct fv_raster *raster = fv_tile_raster(f, tile);
     float x = (float)(tile->x0 + FV_TILE / 2), y = (float)(tile->y0 + FV_TILE / 2), to[3];
-    int side = fv_tile_side(tile), x0 = tile->x0 >> tile->shift, y0 = tile->y0 >> tile->shift;
+    int side = fv_tile_side(tile), x0 = tile->x0 >> tile->density, y0 = tile->y0 >> tile->density;
     if (f->failed_blocks) f->failed_blocks[tile->index] = 0;
     ((uint64_t *)f->buffer[FV_RESAMPLED][0])[tile->index] = 0;
     if (((const uint64_t *)f->buffer[FV_SELECTED][0])[tile->index] == fv_tile_inside(f, tile) && !f->keep) return;
@@ -144,9 +145,10 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
             int64_t from = from_y * raster->stride + from_x;
             uint32_t cache = raster->history_cache[from];
             const struct fv_raster *source = raster;
-            if (cache >= FV_CACHE_NONE && tile->density == FV_FINE && coarse->history_colour) {
-                from = from_y / 2 * coarse->stride + from_x / 2;
-                source = coarse, cache = coarse->history_cache[from];
+            for (int d = tile->density + 1; d < FV_DENSITIES && cache >= FV_CACHE_NONE; d++) {
+                source = &f->raster[d][tile->eye];
+                from = (from_y >> (d - tile->density)) * source->stride + (from_x >> (d - tile->density));
+                cache = source->history_cache[from];
             }
             raster->colour[at + column] = source->history_colour[from] & FV_PIXEL_COLOUR;
             for (int p = FV_PLANE_ALBEDO; p < f->planes; p++)
@@ -166,7 +168,7 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
     for (int d = 0; d < FV_DEGREES; d++) {
         float e = (float)d + 0.5f;
         if (f->keep || e > p->foveal.r0_deg - radius_deg)
-            units[0] += (double)rings->tiles[d] * FV_TILE * FV_TILE * (fv_ring_density(f, p, e) == FV_COARSE ? 0.25 : 1);
+            units[0] += (double)rings->tiles[d] * FV_TILE * FV_TILE / fv_density_pixels(fv_ring_density(f, p, e));
     }
 }
 
@@ -183,11 +185,9 @@ double fv_reproject_share(const struct fv_frame *f, float p, float p_marked)
 
 const struct fv_pass fv_pass_reproject = {
     .name = "reproject",
-    .reads = FV_BIT(FV_HISTORY_COLOUR) | FV_BIT(FV_HISTORY_CACHE) | FV_BIT(FV_COARSE_HISTORY_COLOUR) |
-             FV_BIT(FV_COARSE_HISTORY_CACHE) | FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH) |
+    .reads = FV_RASTERS << FV_HISTORY_COLOUR | FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH) |
              FV_BIT(FV_SUPPORT_SURFACE) | FV_BIT(FV_SELECTED),
-    .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_CACHE) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSE_CACHE) |
-              FV_BIT(FV_SELECTED) | FV_BIT(FV_RESAMPLED),
+    .writes = FV_RASTERS << FV_COLOUR | FV_BIT(FV_SELECTED) | FV_BIT(FV_RESAMPLED),
     .needs = FV_NEEDS_NOISE | FV_NEEDS_HISTORY,
     .run = run,
     .stand_in = stand_in,

@@ -17,7 +17,8 @@ struct fv_reproject_tile {
     uint8_t object[FV_TILE_OBJECTS]; /* their numbers, and maps of what is fixed to them */
     struct fv_map object_map[FV_TILE_OBJECTS];
     const struct fv_raster *raster;
-    const struct fv_raster *coarse;  /* whose history is looked up where the raster's own fails; NULL: none */
+    int coarsers;                    /* rasters whose history is looked up where the raster's own fails, in turn */
+    const struct fv_raster *coarser[FV_DENSITIES - 1];
     int x0, y0, side;                /* first pixel and pixels a side, in the raster */
     float middle;                    /* inverse depth of the tile's middle */
     float footprint;                 /* pixels of the history that one pixel spans; above 1.25 it is filtered */

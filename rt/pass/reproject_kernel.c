@@ -219,22 +219,36 @@ static __attribute__((noinline)) void finish_apart(const struct fv_reproject_til
     }
 }
 
-static inline unsigned carry(const struct fv_reproject_tile *t, const struct source *s, const struct source *coarse,
-                             struct step *v)
+/* A coarser raster's places, where nothing is good yet. Only where the denser one holds no history: elsewhere it is
+ * known better that this shows something else, and the coarser pixel a mixture of both. What it shows is blurred: it counts as one sample at most,
+ * taken long ago. */
+static __attribute__((noinline)) void take_over(const struct fv_reproject_tile *t, const struct source *coarse, int64_t plane,
+                                                struct place *other, struct place *best, vf3 *colour, struct apart *apart)
+{
+    other->good &= ~best->good;
+    if (!vi_any(other->good)) return;
+    vf3 there;
+    other_colour(t, coarse, other, &there);
+    *colour = vf3_select(other->good, there, *colour);
+    if (apart_in(t)) take_apart_over(t, coarse, plane, *other, apart);
+    other->cache = (other->cache & ~0xff7f) | FV_CACHE_OLDEST | ((cache_rho(other->cache) > 0) & (1 << 8));
+    prefer(best, other);
+}
+
+/* `s`: the raster's own history, and the coarser ones behind it. */
+static inline unsigned carry(const struct fv_reproject_tile *t, const struct source *s, struct step *v)
 {
     struct place best = find(t, s, v);
     prefetch_below(s, best.index);
     vf3 colour = history_colour(t, s, &best);
     struct apart apart;
     if (apart_in(t)) take_apart(t, s, t->raster->plane, best, &apart);
-    if (coarse && vi_any(~best.good)) {
+    vi absent = ~best.good & cache_none(best.cache);
+    for (int c = 0; c < t->coarsers && vi_any(absent & ~best.good); c++) {
+        const struct source *coarse = s + 1 + c;
         struct place other = find(t, coarse, v);
-        other.good &= ~best.good;
-        vf3 there;
-        other_colour(t, coarse, &other, &there);
-        colour = vf3_select(other.good, there, colour);
-        if (apart_in(t)) take_apart_over(t, coarse, t->coarse->plane, other, &apart);
-        prefer(&best, &other);
+        other.good &= absent;
+        take_over(t, coarse, t->coarser[c]->plane, &other, &best, &colour, &apart);
     }
     unsigned missing = finish(t, v, &best, colour);
     if (apart_in(t)) finish_apart(t, v, ~best.good, &apart);
@@ -264,20 +278,21 @@ static inline void take_step(const struct fv_reproject_tile *t, const struct fv_
 /* A moving object, or what stands still beside it. */
 struct layer {
     const struct fv_map *map;
-    struct source own, coarse;
+    struct source source[FV_DENSITIES]; /* the raster's own history, and the coarser ones */
     struct nodes nodes;
     struct cells cells;
 };
 
-static int take_layers(const struct fv_reproject_tile *t, const struct nodes *nodes, const struct source *own,
-                       const struct source *coarse, struct layer layer[FV_TILE_OBJECTS + 1])
+static int take_layers(const struct fv_reproject_tile *t, const struct nodes *nodes,
+                       const struct source source[FV_DENSITIES], struct layer layer[FV_TILE_OBJECTS + 1])
 {
     for (int l = 0; l <= t->objects; l++) {
         layer[l].map = l ? &t->object_map[l - 1] : &t->map;
-        layer[l].own = *own;
-        if (coarse) layer[l].coarse = *coarse;
-        layer[l].own.map = layer[l].coarse.map = layer[l].map;
-        layer[l].own.moving = layer[l].coarse.moving = l ? FV_CACHE_MOVING : 0;
+        for (int i = 0; i <= t->coarsers; i++) {
+            layer[l].source[i] = source[i];
+            layer[l].source[i].map = layer[l].map;
+            layer[l].source[i].moving = l ? FV_CACHE_MOVING : 0;
+        }
         take_layer(nodes, l ? t->object[l - 1] : 0, &layer[l].nodes);
     }
     return t->objects + 1;
@@ -285,35 +300,33 @@ static int take_layers(const struct fv_reproject_tile *t, const struct nodes *no
 
 /* The nearest of what the layers find. `all`: the step as all nodes tell it. */
 static __attribute__((noinline)) unsigned carry_layers(const struct fv_reproject_tile *t, const struct layer *layer,
-                                                       int layers, const struct source *own,
-                                                       const struct source *coarse, const struct cells *cells, int x,
-                                                       struct step *all)
+                                                       int layers, const struct source *s, const struct cells *cells,
+                                                       int x, struct step *all)
 {
-    struct place best = {.good = vi_of(0)}, other = best;
+    struct place found[FV_DENSITIES] = {{.good = vi_of(0)}}, best;
     struct step v = {.y = all->y};
     for (int l = 0; l < layers; l++) {
         take_step(t, layer[l].map, &layer[l].cells, x, &v);
         v.mixed = table_mask(cells->mixed, all->cell);
         v.here = v.farthest >= 0.0f;
         if (!vi_any(v.here)) continue;
-        struct place p = find(t, &layer[l].own, &v);
-        prefer(&best, &p);
-        if (!coarse || !vi_any(~best.good)) continue;
-        p = find(t, &layer[l].coarse, &v);
-        prefer(&other, &p);
+        vi absent = vi_of(-1);
+        for (int i = 0; i <= t->coarsers && vi_any(absent); i++) {
+            struct place p = find(t, &layer[l].source[i], &v);
+            p.good &= absent;
+            absent &= ~p.good & cache_none(p.cache);
+            prefer(&found[i], &p);
+        }
     }
-    vf3 colour, there;
+    vf3 colour;
     struct apart apart;
-    other_colour(t, own, &best, &colour);
-    if (apart_in(t)) take_apart(t, own, t->raster->plane, best, &apart);
-    vi outline = t->stirs ? at_outline(own, &best, 1) : vi_of(0);
-    other.good &= ~best.good;
-    if (vi_any(other.good)) {
-        if (t->stirs) outline |= other.good & at_outline(coarse, &other, 1);
-        other_colour(t, coarse, &other, &there);
-        colour = vf3_select(other.good, there, colour);
-        if (apart_in(t)) take_apart_over(t, coarse, t->coarse->plane, other, &apart);
-        prefer(&best, &other);
+    best = found[0];
+    other_colour(t, s, &best, &colour);
+    if (apart_in(t)) take_apart(t, s, t->raster->plane, best, &apart);
+    vi outline = t->stirs ? at_outline(s, &best, 1) : vi_of(0);
+    for (int c = 0; c < t->coarsers; c++) {
+        take_over(t, s + 1 + c, t->coarser[c]->plane, &found[1 + c], &best, &colour, &apart);
+        if (t->stirs && vi_any(found[1 + c].good)) outline |= at_outline(s + 1 + c, &found[1 + c], 1);
     }
     all->moving = table_mask(cells->moving, all->cell);
     unsigned missing = finish(t, all, &best, colour);
@@ -359,20 +372,21 @@ static void count_blocks(struct fv_reproject_tile *t, struct blocks *b, int row)
 
 void reproject(struct fv_reproject_tile *t)
 {
-    struct source own = source_of(t->raster, 1, &t->map, 0), other, *coarse = NULL;
+    struct source source[FV_DENSITIES] = {source_of(t->raster, 1, &t->map, 0)};
     struct nodes nodes;
     struct cells cells = {0};
     struct blocks blocks = {.columns = t->raster->width - t->x0 >= FV_TILE ? ~0u : (1u << (t->raster->width - t->x0)) - 1};
     struct layer layer[FV_TILE_OBJECTS + 1];
     struct step v;
     int below = -1, layers = 0;
-    if (t->coarse) other = source_of(t->coarse, t->raster->scale / t->coarse->scale, &t->map, 0), coarse = &other;
+    for (int c = 0; c < t->coarsers; c++)
+        source[1 + c] = source_of(t->coarser[c], t->raster->scale / t->coarser[c]->scale, &t->map, 0);
     t->failed = t->marked = 0;
-    prefetch_first(t, &own);
+    prefetch_first(t, source);
     take_nodes(t, &nodes);
     if (apart_in(t)) light_nodes(t, &nodes);
-    if (t->moves) mark_changed(t, &own, &nodes);
-    if (t->objects) layers = take_layers(t, &nodes, &own, coarse, layer);
+    if (t->moves) mark_changed(t, source, &nodes);
+    if (t->objects) layers = take_layers(t, &nodes, source, layer);
     for (int y = 0; y < t->side; y++) {
         v.y = (float)(t->y0 + y) + 0.5f;
         v.out = (int64_t)(t->y0 + y) * t->raster->stride + t->x0;
@@ -388,7 +402,7 @@ void reproject(struct fv_reproject_tile *t)
         below = j;
         for (int x = 0; x < t->side; x += FV_WIDTH) {
             take_step(t, &t->map, &cells, x, &v);
-            missing |= (layers ? carry_layers(t, layer, layers, &own, coarse, &cells, x, &v) : carry(t, &own, coarse, &v)) << x;
+            missing |= (layers ? carry_layers(t, layer, layers, source, &cells, x, &v) : carry(t, source, &v)) << x;
             marked |= vi_bits(table_mask(cells.marked, v.cell)) << x;
             bent |= vi_bits(v.bent) << x;
             v.out += FV_WIDTH;

@@ -44,7 +44,7 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
     for (int d = 0; d < FV_DEGREES; d++) {
         float e = (float)d + 0.5f;
         int density = fv_ring_density(f, p, e);
-        double pixels = (double)rings->pixels[d] * (density == FV_COARSE ? 0.25 : 1);
+        double pixels = (double)rings->pixels[d] / fv_density_pixels(density);
         float share = fv_block_probability(f, fv_foveal_probability(&p->foveal, e), density, p->spacing);
         all += pixels;
         if (e <= p->foveal.r0_deg - radius_deg) whole += (double)rings->tiles[d] * FV_TILE * FV_TILE;
@@ -59,11 +59,9 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
 
 const struct fv_pass fv_pass_sample = {
     .name = "sample",
-    .reads = FV_BIT(FV_HISTORY_COLOUR) | FV_BIT(FV_HISTORY_CACHE) | FV_BIT(FV_COARSE_HISTORY_COLOUR) |
-             FV_BIT(FV_COARSE_HISTORY_CACHE) | FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH) |
-             FV_BIT(FV_SUPPORT_SURFACE) | FV_BIT(FV_SELECTED) | FV_BIT(FV_RESAMPLED) | FV_BIT(FV_COLOUR) | FV_BIT(FV_CACHE) |
-             FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSE_CACHE),
-    .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_CACHE) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSE_CACHE),
+    .reads = FV_RASTERS << FV_HISTORY_COLOUR | FV_RASTERS << FV_COLOUR | FV_BIT(FV_SUPPORT_COLOUR) |
+             FV_BIT(FV_SUPPORT_DEPTH) | FV_BIT(FV_SUPPORT_SURFACE) | FV_BIT(FV_SELECTED) | FV_BIT(FV_RESAMPLED),
+    .writes = FV_RASTERS << FV_COLOUR,
     .needs = FV_NEEDS_GAZE,
     .order = FV_ORDER_NEED,
     .whole = FV_TILE * FV_TILE,

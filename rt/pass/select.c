@@ -4,20 +4,20 @@
 #include "rt/pass/cache.h"
 #include "rt/pass/pass.h"
 
-/* A tile that is coarse now has no history in the fine raster. */
+/* What is coarser now has no history in the denser rasters. */
 static void choose_density(struct fv_frame *f, struct fv_tile *tile, float middle_deg)
 {
     struct fv_tile_state *state = &f->state[tile->index];
     state->density = (uint8_t)fv_ring_density(f, &f->parameters, middle_deg);
     state->reprojected = 0;
-    fv_tile_set_density(tile, state->density);
-    if (state->density == FV_COARSE && state->fine[0]) {
-        const struct fv_raster *fine = &f->raster[FV_FINE][tile->eye];
-        for (int y = 0; y < FV_TILE; y++)
-            for (int x = 0; x < FV_TILE; x++)
-                fine->cache[(tile->y0 + y) * fine->stride + tile->x0 + x] = FV_CACHE_NONE;
+    tile->density = state->density;
+    for (int d = 0; d < tile->density; d++) {
+        const struct fv_raster *denser = &f->raster[d][tile->eye];
+        for (int y = 0; y < FV_TILE >> d && (state->holds[0] >> d & 1); y++)
+            for (int x = 0; x < FV_TILE >> d; x++)
+                denser->cache[((tile->y0 >> d) + y) * denser->stride + (tile->x0 >> d) + x] = FV_CACHE_NONE;
     }
-    state->fine[0] = state->density == FV_FINE;
+    state->holds[0] = (uint8_t)(FV_HELD_ALL << tile->density);
 }
 
 static int run(struct fv_frame *f, const struct fv_tile *at)
@@ -37,7 +37,7 @@ static int run(struct fv_frame *f, const struct fv_tile *at)
         *selected = inside;
         return 1;
     }
-    if (constant && tile.density == FV_COARSE && FV_BLOCK << f->cluster_shift == FV_TILE / 2) {
+    if (constant && FV_BLOCK << fv_cluster_shift(f, tile.density) >= fv_tile_side(&tile)) {
         *selected = fv_tile_threshold(f, &tile, 0) < p ? inside : 0;
         return 1;
     }
@@ -45,7 +45,7 @@ static int run(struct fv_frame *f, const struct fv_tile *at)
         int block = __builtin_ctzll(left);
         if (!constant) {
             float e = fv_tile_eccentricity_deg(f, &tile, block);
-            bool touched = e - fv_radius_deg(view, (float)(FV_BLOCK << tile.shift)) <= foveal->r0_deg;
+            bool touched = e - fv_radius_deg(view, (float)(FV_BLOCK << tile.density)) <= foveal->r0_deg;
             p = touched ? 1 : fv_block_probability(f, fv_foveal_probability(foveal, e), tile.density, f->spacing);
         }
         mask |= (uint64_t)(fv_tile_threshold(f, &tile, block) < p) << block;
@@ -62,4 +62,4 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
 }
 
 const struct fv_pass fv_pass_select = {
-    .name = "select", .writes = FV_BIT(FV_SELECTED) | FV_BIT(FV_CACHE), .needs = FV_NEEDS_GAZE | FV_NEEDS_NOISE, .run = run, .expect = expect};
+    .name = "select", .writes = FV_BIT(FV_SELECTED) | FV_BIT(FV_CACHE) | FV_BIT(FV_COARSE_CACHE), .needs = FV_NEEDS_GAZE | FV_NEEDS_NOISE, .run = run, .expect = expect};

@@ -74,13 +74,13 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
  * mends where it looks at the surface that it finds there. */
 static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 {
-    const struct fv_raster *coarse = &f->raster[FV_COARSE][tile->eye];
+    const struct fv_raster *coarse = &f->raster[FV_COARSEST][tile->eye];
     struct nodes nodes = nodes_of(f, tile);
     for (int i = 0; i < nodes.side * nodes.side; i++) {
         int x, y;
         node_at(&nodes, i, &x, &y);
-        int column = (int)(((float)(nodes.x0 + x) + f->node[0]) * (float)f->spacing) / 2;
-        int row = (int)(((float)(nodes.y0 + y) + f->node[1]) * (float)f->spacing) / 2;
+        int column = (int)(((float)(nodes.x0 + x) + f->node[0]) * (float)f->spacing) >> FV_COARSEST;
+        int row = (int)(((float)(nodes.y0 + y) + f->node[1]) * (float)f->spacing) >> FV_COARSEST;
         column = column < coarse->width ? column : coarse->width - 1;
         row = row < coarse->height ? row : coarse->height - 1;
         int64_t at = row * coarse->stride + column;
@@ -101,7 +101,7 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
 }
 
 const struct fv_pass fv_pass_support = {.name = "support",
-                                        .reads = FV_BIT(FV_COARSE_HISTORY_COLOUR) | FV_BIT(FV_COARSE_HISTORY_CACHE),
+                                        .reads = FV_BIT(FV_COARSEST_HISTORY_COLOUR) | FV_BIT(FV_COARSEST_HISTORY_CACHE),
                                         .writes = FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH) |
                                                   FV_BIT(FV_SUPPORT_SURFACE),
                                         .needs = FV_NEEDS_HISTORY,

@@ -1,5 +1,5 @@
 /* borders: where everything has one colour the picture has it too, whatever the gaze and the head do: nothing shows
- * where tiles of half and of full density meet, where the radii lie, nor where the picture ends. */
+ * where tiles of full, half and a quarter of the density meet, where the radii lie, nor where the picture ends. */
 #include "rt/frame/loop.h"
 #include "tests/support/small_scene.h"
 
@@ -24,6 +24,7 @@ static void open_stage(struct stage *s, const char *filter)
     small_picture(c, SIDE);
     c->fovea_inner_deg = 5;
     c->fovea_outer_deg = c->method_density_deg = 12;
+    c->method_quarter_deg = 20;
     snprintf(c->method_history_filter, sizeof c->method_history_filter, "%s", filter);
     small_plate(&s->small, corner, u, v, 1, fv_build_material(s->small.build, &grey));
     small_finish(&s->small);
@@ -46,10 +47,10 @@ static void render(struct stage *s, double head_deg, double gaze_deg)
     fv_pass_run(&fv_pass_present, &s->loop.frame, &s->workers);
 }
 
-static int coarse_tiles(const struct fv_frame *f)
+static int tiles_of(const struct fv_frame *f, int density)
 {
     int n = 0;
-    for (int i = 0; i < f->tiles; i++) n += f->state[i].density == FV_COARSE;
+    for (int i = 0; i < f->tiles; i++) n += f->state[i].density == density;
     return n;
 }
 
@@ -68,7 +69,7 @@ static void one_colour_stays_one_colour(void **state)
         for (int n = 0; n < FRAMES; n++) {
             render(&s, n * motions[m].head_deg, n * motions[m].gaze_deg - 8);
             const uint8_t *pixel = f->buffer[FV_PICTURE][0], *first = pixel;
-            assert_true(coarse_tiles(f) > f->tiles / 4 && coarse_tiles(f) < f->tiles);
+            for (int d = 0; d < FV_DENSITIES; d++) assert_true(tiles_of(f, d) > f->tiles / 16);
             for (int y = 0; y < SIDE; y++)
                 for (int x = 0; x < SIDE; x++)
                     for (int c = 0; c < 3; c++)

@@ -44,7 +44,7 @@ static void pose_of(const struct fv_setup *s, int64_t number, struct fv_pose *he
 /* As if nothing had been rendered before: black, and no history anywhere. */
 static void clear_history(struct fv_setup *s)
 {
-    for (int b = FV_COLOUR; b <= FV_COARSE_HISTORY_CACHE; b++)
+    for (int b = FV_COLOUR; b <= FV_COARSEST_HISTORY_CACHE; b++)
         if (s->plan.buffers & FV_BIT(b)) memset(s->loop.frame.buffer[b][0], b % 2 ? 0xff : 0, (size_t)s->plan.bytes[b]);
 }
 

@@ -207,10 +207,11 @@ static void bounds_are_those_around(void **state)
     uint32_t *tile = calloc(FV_TILE * 40, sizeof *tile); /* as long as it is, so that the sanitizer sees reads beyond */
     static _Alignas(64) float nearest[FV_TILE * FV_TILE], farthest[FV_TILE * FV_TILE];
     for (int round = 0; round < 20; round++) FOR_EACH_ISA
-        for (int side = FV_TILE / 2; side <= FV_TILE; side *= 2) {
+        for (int density = FV_FINE; density < FV_DENSITIES; density++) {
+            int side = FV_TILE >> density;
             for (int i = 0; i < FV_TILE * 40; i++)
                 tile[i] = random_bits(&seed) % 20 < (uint64_t)round ? FV_CACHE_NONE | 3 : word(exact_depth(), 7, 9);
-            fv_kernels((enum fv_isa)isa)->bounds(tile, 40, side, ~0u >> (32 - side), nearest, farthest);
+            fv_kernels((enum fv_isa)isa)->bounds[density](tile, 40, side, ~0u >> (32 - side), nearest, farthest);
             for (int y = 0; y < side; y++)
                 for (int x = 0; x < side; x++) {
                     float high = -1, low = INFINITY;

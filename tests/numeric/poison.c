@@ -220,24 +220,25 @@ static void both_close(void)
 #define FOR_EACH_ODD(k, n)                                                                                   \
     for (int k = isa == (int)fv_cpu_isa() ? 0 : isa; k < (n); k += isa == (int)fv_cpu_isa() ? 1 : 3)
 
-/* The whole picture fine, or its outer tiles coarse. */
-static void restart_both(bool coarse)
+/* The whole picture fine, or its outer tiles of that density. */
+static void restart_both(int density)
 {
     struct rig *const rigs[] = {&clean, &poisoned};
     for (int i = 0; i < 2; i++) {
         struct fv_config *c = &rigs[i]->s.config;
         fv_loop_restart(&rigs[i]->loop);
-        rigs[i]->loop.frame.density_deg = coarse ? 0 : 181;
-        c->fovea_inner_deg = coarse ? 2 : 10, c->fovea_outer_deg = coarse ? 3 : 20;
+        for (int d = FV_COARSE; d < FV_DENSITIES; d++) rigs[i]->loop.frame.density_deg[d] = d <= density ? 0 : 181;
+        c->fovea_inner_deg = density ? 2 : 10, c->fovea_outer_deg = density ? 3 : 20;
     }
 }
 
 /* Elements in a row of a buffer. */
 static int64_t row_of(const struct fv_frame *f, enum fv_buffer buffer)
 {
-    return buffer == FV_SUPPORT_DEPTH                                         ? f->stride / f->spacing
-           : buffer == FV_COARSE_CACHE || buffer == FV_COARSE_HISTORY_CACHE ? f->stride / 2
-                                                                              : f->stride;
+    return buffer == FV_SUPPORT_DEPTH                                             ? f->stride / f->spacing
+           : buffer == FV_COARSE_CACHE || buffer == FV_COARSE_HISTORY_CACHE     ? f->stride / 2
+           : buffer == FV_COARSEST_CACHE || buffer == FV_COARSEST_HISTORY_CACHE ? f->stride / 4
+                                                                                  : f->stride;
 }
 
 enum shows { NEVER, MAY, MUST };
@@ -245,32 +246,37 @@ enum shows { NEVER, MAY, MUST };
 /* select, support, reproject, sample: the order of the method's passes. */
 static const struct place {
     const char *what;
-    bool coarse;
+    int density; /* of the outer tiles */
     enum fv_buffer buffer;
     int before, x, y;
     bool rough; /* surroundings that the support image cannot tell, or new to the view */
     enum shows shows;
-} places[] = {{"history", false, FV_HISTORY_CACHE, 0, 91, 23, false, MUST},
-              {"history, fovea", false, FV_HISTORY_CACHE, 0, 61, 50, false, MUST},
-              {"history, corner", false, FV_HISTORY_CACHE, 0, 0, 0, true, MAY},
-              {"history, near the corner", false, FV_HISTORY_CACHE, 0, 5, 5, true, MUST},
-              {"history, mirror", false, FV_HISTORY_CACHE, 0, 24, 52, true, MUST},
-              {"support depth", false, FV_SUPPORT_DEPTH, 2, 11, 3, false, MUST},
-              {"support depth, fovea", false, FV_SUPPORT_DEPTH, 2, 7, 6, false, MAY},
-              {"support depth, corner", false, FV_SUPPORT_DEPTH, 2, 0, 0, true, MUST},
-              {"cache", false, FV_CACHE, 3, 91, 23, false, MUST},
-              {"cache, last row", false, FV_CACHE, 3, WIDTH - 9, HEIGHT - 1, true, MUST},
-              {"cache, last column", false, FV_CACHE, 3, WIDTH - 1, 40, true, MUST},
-              {"cache, last pixel", false, FV_CACHE, 3, WIDTH - 1, HEIGHT - 1, true, MAY},
-              {"coarse history", true, FV_COARSE_HISTORY_CACHE, 0, 50, 11, false, MUST},
-              {"coarse history, corner", true, FV_COARSE_HISTORY_CACHE, 0, 0, 0, true, MAY},
-              {"coarse support depth", true, FV_SUPPORT_DEPTH, 2, 12, 2, false, MUST},
-              {"coarse cache", true, FV_COARSE_CACHE, 3, 50, 11, false, MUST},
-              {"coarse cache, last row", true, FV_COARSE_CACHE, 3, WIDTH / 2 - 5, HEIGHT / 2 - 1, true, MUST},
-              {"fine history of a coarse tile", true, FV_HISTORY_COLOUR, 0, 100, 22, false, NEVER},
-              {"the same, beside a fine tile", true, FV_COLOUR, 2, 96, 22, false, NEVER},
-              {"the same, within its filter's reach", true, FV_COLOUR, 2, 97, 22, false, NEVER},
-              {"the same, above a fine tile", true, FV_COLOUR, 2, 100, 31, false, NEVER}};
+} places[] = {{"history", FV_FINE, FV_HISTORY_CACHE, 0, 91, 23, false, MUST},
+              {"history, fovea", FV_FINE, FV_HISTORY_CACHE, 0, 61, 50, false, MUST},
+              {"history, corner", FV_FINE, FV_HISTORY_CACHE, 0, 0, 0, true, MAY},
+              {"history, near the corner", FV_FINE, FV_HISTORY_CACHE, 0, 5, 5, true, MUST},
+              {"history, mirror", FV_FINE, FV_HISTORY_CACHE, 0, 24, 52, true, MUST},
+              {"support depth", FV_FINE, FV_SUPPORT_DEPTH, 2, 11, 3, false, MUST},
+              {"support depth, fovea", FV_FINE, FV_SUPPORT_DEPTH, 2, 7, 6, false, MAY},
+              {"support depth, corner", FV_FINE, FV_SUPPORT_DEPTH, 2, 0, 0, true, MUST},
+              {"cache", FV_FINE, FV_CACHE, 3, 91, 23, false, MUST},
+              {"cache, last row", FV_FINE, FV_CACHE, 3, WIDTH - 9, HEIGHT - 1, true, MUST},
+              {"cache, last column", FV_FINE, FV_CACHE, 3, WIDTH - 1, 40, true, MUST},
+              {"cache, last pixel", FV_FINE, FV_CACHE, 3, WIDTH - 1, HEIGHT - 1, true, MAY},
+              {"coarse history", FV_COARSE, FV_COARSE_HISTORY_CACHE, 0, 50, 11, false, MUST},
+              {"coarse history, corner", FV_COARSE, FV_COARSE_HISTORY_CACHE, 0, 0, 0, true, MAY},
+              {"coarse support depth", FV_COARSE, FV_SUPPORT_DEPTH, 2, 12, 2, false, MUST},
+              {"coarse cache", FV_COARSE, FV_COARSE_CACHE, 3, 50, 11, false, MUST},
+              {"coarse cache, last row", FV_COARSE, FV_COARSE_CACHE, 3, WIDTH / 2 - 5, HEIGHT / 2 - 1, true, MUST},
+              {"coarsest history", FV_COARSEST, FV_COARSEST_HISTORY_CACHE, 0, 25, 5, false, MUST},
+              {"coarsest history, corner", FV_COARSEST, FV_COARSEST_HISTORY_CACHE, 0, 0, 0, true, MAY},
+              {"coarsest support depth", FV_COARSEST, FV_SUPPORT_DEPTH, 2, 12, 2, false, MUST},
+              {"coarsest cache", FV_COARSEST, FV_COARSEST_CACHE, 3, 27, 2, false, MUST},
+              {"coarse history of a coarsest tile", FV_COARSEST, FV_COARSE_HISTORY_COLOUR, 0, 50, 11, false, NEVER},
+              {"fine history of a coarse tile", FV_COARSE, FV_HISTORY_COLOUR, 0, 100, 22, false, NEVER},
+              {"the same, beside a fine tile", FV_COARSE, FV_COLOUR, 2, 96, 22, false, NEVER},
+              {"the same, within its filter's reach", FV_COARSE, FV_COLOUR, 2, 97, 22, false, NEVER},
+              {"the same, above a fine tile", FV_COARSE, FV_COLOUR, 2, 100, 31, false, NEVER}};
 enum { PLACES = sizeof places / sizeof *places };
 
 /* Returns whether the poison showed. */
@@ -280,7 +286,7 @@ static bool put_into(const struct place *p, uint32_t bits)
     poison.buffer = p->buffer;
     poison.at = p->y * row_of(&poisoned.loop.frame, p->buffer) + p->x;
     poison.bits = bits;
-    restart_both(p->coarse);
+    restart_both(p->density);
     for (int n = 0; n < FIRST + 3; n++) {
         render(&clean, n);
         if (n == FIRST) render_poisoned(&poisoned, n, p->before);

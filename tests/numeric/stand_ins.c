@@ -91,7 +91,8 @@ static bool after(void *context, const struct fv_session *session, const struct 
                 for (int n = 0; n < 4; n++) { /* wherever the node's middle is rounded to */
                     int row = y + n / 2 * 4, column = x + n % 2 * 4;
                     f->raster[FV_FINE][e].cache[row * f->stride + column] = t->poison;
-                    f->raster[FV_COARSE][e].cache[row / 2 * (f->stride / 2) + column / 2] = t->poison;
+                    for (int d = FV_COARSE; d < FV_DENSITIES; d++)
+                        f->raster[d][e].cache[(row >> d) * (f->stride >> d) + (column >> d)] = t->poison;
                 }
     return true;
 }
