@@ -56,22 +56,6 @@ static void take_row(const struct fv_frame *f, const struct fv_raster *r, int x0
     f->kernels->compose(row, albedo, light, row, ROW);
 }
 
-/* Row y of a coarse tile and the pixels next to it, from (x0 - 1, y) of its raster. Of the coarsest tiles, doubled. */
-static void take_coarse(const struct fv_frame *f, const struct fv_tile *tile, int x0, int y, uint32_t row[ROW])
-{
-    const struct fv_raster *r = fv_tile_raster(f, tile);
-    if (tile->density == FV_COARSE) {
-        take_row(f, r, x0 - 1, y, HALF + 2, row);
-        return;
-    }
-    _Alignas(64) uint32_t near[ROW] = {0}, far[ROW] = {0}, twice[2 * HALF];
-    int above = y >> 1;
-    take_row(f, r, x0 / 2 - 2, above, HALF / 2 + 4, near);
-    take_row(f, r, x0 / 2 - 2, y & 1 ? above + 1 : above - 1, HALF / 2 + 4, far);
-    f->kernels->double_row(near, far, twice, HALF);
-    memcpy(row, twice + 1, (HALF + 2) * sizeof *row);
-}
-
 static void show_row(const struct fv_frame *f, const struct fv_tile *tile, int y, const uint32_t *colour)
 {
     uint8_t *rgbx = (uint8_t *)f->buffer[FV_PICTURE][tile->eye] + 4 * ((tile->y0 + y) * f->stride + tile->x0);
@@ -79,21 +63,40 @@ static void show_row(const struct fv_frame *f, const struct fv_tile *tile, int y
     if (f->overlay) overlay_row(f, tile, y, colour, rgbx);
 }
 
-static void show_coarse(const struct fv_frame *f, const struct fv_tile *tile)
+/* A coarse tile's rows and those above and below it, each with the pixels next to it, from `first` on. */
+struct rows {
+    _Alignas(64) uint32_t pixel[HALF + 2][ROW];
+    int first;
+};
+
+static void take_rows(const struct fv_frame *f, const struct fv_tile *tile, struct rows *rows)
 {
     const struct fv_raster *r = fv_tile_raster(f, tile);
-    _Alignas(64) uint32_t row[3][ROW] = {{0}};
+    int x0 = tile->x0 >> tile->density, y0 = tile->y0 >> tile->density;
+    if (tile->density == FV_COARSE) {
+        rows->first = 0;
+        for (int y = 0; y < HALF + 2; y++) take_row(f, r, x0 - 1, y0 + y - 1, HALF + 2, rows->pixel[y]);
+        return;
+    }
+    /* The coarsest, doubled: from two pixels before its first. */
+    _Alignas(64) uint32_t coarsest[HALF / 2 + 2][ROW] = {{0}};
+    rows->first = 1;
+    for (int y = 0; y < HALF / 2 + 2; y++) take_row(f, r, x0 - 2, y0 + y - 1, HALF / 2 + 4, coarsest[y]);
+    for (int y = 0; y < HALF + 2; y++) {
+        int near = (y + 1) / 2;
+        f->kernels->double_row(coarsest[near], coarsest[y & 1 ? near - 1 : near + 1], rows->pixel[y], HALF);
+    }
+}
+
+static void show_coarse(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    struct rows rows;
     _Alignas(64) uint32_t colour[FV_TILE];
-    int x0 = tile->x0 / 2, y0 = tile->y0 / 2;
-    for (int y = 0; y < fv_tile_side(tile); y++) __builtin_prefetch(r->colour + fv_tile_row(f, tile, y));
-    take_coarse(f, tile, x0, y0 - 1, row[2]);
-    take_coarse(f, tile, x0, y0, row[0]);
-    for (int y = 0; y < HALF; y++) {
-        take_coarse(f, tile, x0, y0 + y + 1, row[(y + 1) % 3]);
-        for (int lower = 0; lower < 2; lower++) {
-            f->kernels->double_row(row[y % 3], row[(y + (lower ? 1 : 2)) % 3], colour, HALF);
-            show_row(f, tile, 2 * y + lower, colour);
-        }
+    take_rows(f, tile, &rows);
+    for (int y = 0; y < FV_TILE; y++) {
+        const uint32_t *near = rows.pixel[1 + y / 2], *far = rows.pixel[y & 1 ? 2 + y / 2 : y / 2];
+        f->kernels->double_row(near + rows.first, far + rows.first, colour, HALF);
+        show_row(f, tile, y, colour);
     }
 }
 
