@@ -25,6 +25,7 @@ const struct fv_column fv_columns[FV_COLUMNS] = {
     [FV_COLUMN_SHADOW] = {"rays_shadow", FV_COLUMN_INT64, AT(rays[FV_RAY_SHADOW])},
     [FV_COLUMN_SECONDARY] = {"rays_secondary", FV_COLUMN_INT64, AT(rays[FV_RAY_SECONDARY])},
     [FV_COLUMN_MARCH_STEPS] = {"rays_march_steps", FV_COLUMN_INT64, AT(rays[FV_RAY_MARCH_STEPS])},
+    [FV_COLUMN_MARCH_LIMITED] = {"rays_march_limited", FV_COLUMN_INT64, AT(rays[FV_RAY_MARCH_LIMITED])},
     [FV_COLUMN_SAMPLED] = {"sampled_fraction", FV_COLUMN_FLOAT, AT(sampled_fraction)},
     [FV_COLUMN_GAZE] = {"gaze_left_x_px", FV_COLUMN_FLOAT, AT(gaze_px[0][0])},
     [FV_COLUMN_GAZE + 1] = {"gaze_left_y_px", FV_COLUMN_FLOAT, AT(gaze_px[0][1])},

@@ -29,6 +29,7 @@ enum fv_column_name {
     FV_COLUMN_SHADOW,
     FV_COLUMN_SECONDARY,
     FV_COLUMN_MARCH_STEPS,
+    FV_COLUMN_MARCH_LIMITED,
     FV_COLUMN_SAMPLED,
     FV_COLUMN_GAZE, /* left x y, right x y */
     FV_COLUMN_GAZE_LATENCY = FV_COLUMN_GAZE + 4,

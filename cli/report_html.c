@@ -63,7 +63,7 @@ static void write_facts(struct fv_report_page *page, double p50, double p99)
     double rays[FV_RAY_KINDS], sum = 0;
     for (int i = 0; i < FV_RAY_KINDS; i++) {
         rays[i] = fv_column_summary(s, &fv_columns[FV_COLUMN_PRIMARY + i]).mean;
-        if (i != FV_RAY_MARCH_STEPS) sum += rays[i];
+        if (i < FV_RAY_MARCH_STEPS) sum += rays[i];
     }
     fv_writer_print(page->out, "<dl class=\"facts\">\n");
     snprintf(more, sizeof more, "%s of the period", fv_shown_percent(p50 / page->period_ms).text);

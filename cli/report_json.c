@@ -131,14 +131,15 @@ static void write_means(const struct fv_session *s)
     } rays[] = {{"primary", FV_COLUMN_PRIMARY},
                 {"shadow", FV_COLUMN_SHADOW},
                 {"secondary", FV_COLUMN_SECONDARY},
-                {"march_steps", FV_COLUMN_MARCH_STEPS}},
+                {"march_steps", FV_COLUMN_MARCH_STEPS},
+                {"march_limited", FV_COLUMN_MARCH_LIMITED}},
       ranges[] = {{"level", FV_COLUMN_LEVEL},
                   {"r0_deg", FV_COLUMN_R0},
                   {"p_min", FV_COLUMN_P_MIN},
                   {"periods", FV_COLUMN_PERIODS},
                   {"cut_tiles", FV_COLUMN_CUT_TILES}};
     key(",\n", "rays_per_frame");
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < 5; i++)
         number(i ? "," : "{", rays[i].name, fv_column_summary(s, &fv_columns[rays[i].column]).mean);
     close_object();
     number(",\n", "sampled_fraction", fv_column_summary(s, &fv_columns[FV_COLUMN_SAMPLED]).mean);

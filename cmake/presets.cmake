@@ -1,4 +1,4 @@
-# Writes OUT, a C file that holds every config/KIND/NAME.ini of SOURCE as a string, so that
+# Writes OUT, a C file that holds every config/KIND/NAME.ini and config/scenes/NAME.field of SOURCE as a string, so that
 # the program needs no files beside it. cmake -DSOURCE=… -DOUT=… -P presets.cmake
 set(text "/* Made from the settings files under config by cmake/presets.cmake. */\n#include \"config/config.h\"\n#include <string.h>\n\nstatic const struct {\n    const char *kind, *name, *text;\n} presets[] = {\n")
 foreach(kind headsets boards scenes)
@@ -11,6 +11,15 @@ foreach(kind headsets boards scenes)
         string(REPLACE "\n" "\\n\"\n     \"" ini "${ini}")
         string(APPEND text "    {\"${kind}\", \"${name}\",\n     \"${ini}\"},\n")
     endforeach()
+endforeach()
+file(GLOB files ${SOURCE}/config/scenes/*.field)
+foreach(file ${files})
+    get_filename_component(name ${file} NAME_WE)
+    file(READ ${file} field)
+    string(REPLACE "\\" "\\\\" field "${field}")
+    string(REPLACE "\"" "\\\"" field "${field}")
+    string(REPLACE "\n" "\\n\"\n     \"" field "${field}")
+    string(APPEND text "    {\"fields\", \"${name}\",\n     \"${field}\"},\n")
 endforeach()
 string(APPEND text "};\nenum { COUNT = sizeof presets / sizeof presets[0] };\n
 const char *fv_preset_text(const char *kind, const char *name)

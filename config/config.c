@@ -318,10 +318,11 @@ int fv_config_load(struct fv_config *config, const struct fv_config_request *req
     if (read_requested(config, request, error)) return -1;
     memcpy(headset, config->display_headset, sizeof headset);
     memcpy(scene, config->scene_name, sizeof scene);
-    bool own_scene = config->scene_file[0] && strcmp(fv_config_origin("scene.name"), "default") == 0;
+    bool named = config->scene_file[0] || config->scene_fields[0];
+    bool own_scene = named && strcmp(fv_config_origin("scene.name"), "default") == 0;
     if (!fv_preset_text("headsets", headset))
         return read_preset(config, "headsets", "display.headset", headset, error);
-    if (!own_scene && !fv_preset_text("scenes", scene) && !config->scene_file[0])
+    if (!own_scene && !fv_preset_text("scenes", scene) && !named)
         return read_preset(config, "scenes", "scene.name", scene, error);
     set_defaults(config);
     if (read_preset(config, "headsets", "display.headset", headset, error)) return -1;

@@ -82,6 +82,7 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
     *session = (struct fv_session){.scene = tracer->data->name,
                                    .method = plan->method->name,
                                    .triangles = tracer->data->triangles,
+                                   .fields = tracer->data->fields.parts,
                                    .cpu = fv_cpu_name(),
                                    .isa = fv_cpu_isa_name(tracer->isa),
                                    .threads = workers->count,

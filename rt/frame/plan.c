@@ -215,6 +215,9 @@ static const struct {
      "the scene or scene.area_lights has some: method.area_spp shadow rays each",
      "no area light"},
     {FV_SCENE_SUN, "sun", "the scene or scene.sun has one", "no sun"},
+    {FV_SCENE_FIELDS, "fields", "scene.fields names some: rays are marched through them", "scene.fields is empty: no ray is marched"},
+    {FV_SCENE_MIXED, "fields beside meshes", "the scene has triangles and fields: the nearer hit counts",
+     "the scene has not both triangles and fields"},
     {FV_SCENE_MOVING, "moving objects", "scene.moving has some: each ray is tried against each one's ball",
      "scene.moving is empty: one acceleration structure, no motion but the viewer's"},
     {FV_SCENE_AO, "ambient occlusion", "method.ao_spp rays from what each primary ray hits",
@@ -236,6 +239,8 @@ static void choose_features(struct fv_plan *p, const struct fv_scene *s, const s
         s->triangles * (int64_t)(sizeof *s->triangle + 3 * sizeof *s->index) + 12 * s->vertices;
     fv_plan_add(p, "memory", "geometry", true, geometry, "%lld triangles, %lld vertices",
                 (long long)s->triangles, (long long)s->vertices);
+    fv_plan_add(p, "memory", "scene fields", s->fields.parts > 0, fv_fields_bytes(&s->fields),
+                s->fields.parts > 0 ? "%d parts, %d instructions" : "scene.fields is empty", s->fields.parts, s->fields.codes);
     bool stochastic = s->features & FV_SCENE_STOCHASTIC;
     p->noise = p->needs & FV_NEEDS_NOISE;
     fv_plan_add(p, "memory", "blue-noise mask", p->noise || stochastic,

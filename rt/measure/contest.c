@@ -106,7 +106,7 @@ static void time_frame(struct fv_contest *c, struct fv_contender *contender,
     if (with_full) t->full_ms[t->full_times++] = (double)full.frame_ms;
     t->ms[t->times] = (double)own.frame_ms;
     t->ratio[t->times] = t->full_ms[t->full_times - 1] / (double)own.frame_ms;
-    for (int k = 0; k < FV_RAY_KINDS; k++) t->rays += (double)own.rays[k];
+    for (int k = 0; k < FV_RAY_MARCH_STEPS; k++) t->rays += (double)own.rays[k];
     t->sampled += (double)own.sampled_fraction;
     t->times++;
 }

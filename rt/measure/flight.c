@@ -134,7 +134,7 @@ double fv_flight_rays(const struct fv_frame_record *r, int unused)
 {
     double rays = 0;
     (void)unused;
-    for (int k = 0; k < FV_RAY_KINDS; k++) rays += (double)r->rays[k];
+    for (int k = 0; k < FV_RAY_MARCH_STEPS; k++) rays += (double)r->rays[k];
     return rays;
 }
 

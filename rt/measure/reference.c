@@ -103,7 +103,7 @@ static double render(struct fv_reference *r, const struct fv_sweep_frame *frame,
     fv_loop_restart(&r->loop); /* the same random numbers whatever was rendered before */
     fv_loop_frame(&r->loop, &frame->head, frame->gaze, frame->uncertainty_deg, frame->t_ns, &record);
     double rays = 0;
-    for (int k = 0; k < FV_RAY_KINDS; k++) rays += (double)record.rays[k];
+    for (int k = 0; k < FV_RAY_MARCH_STEPS; k++) rays += (double)record.rays[k];
     return rays;
 }
 

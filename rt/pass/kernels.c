@@ -10,6 +10,10 @@
     TRACE(fv_trace_textured, isa)                                                                                \
     TRACE(fv_trace_mirrored, isa)                                                                                \
     TRACE(fv_trace_all, isa)                                                                                     \
+    TRACE(fv_trace_moving, isa)                                                                                  \
+    TRACE(fv_trace_fields, isa)                                                                                  \
+    void fv_field_starts_##isa(const struct fv_tracer *, const struct fv_view *, struct fv_samples *, float,     \
+                               int64_t *);                                                                       \
     TRACE(fv_trace_samples, isa)                                                                                 \
     void fv_pixel_encode_##isa(const float *, const float *, const float *, float, uint32_t *, int);             \
     void fv_pixel_encode_light_##isa(const float *, const float *, const float *, float, uint32_t *, int);       \
@@ -24,7 +28,8 @@
 /* Rows of the coarsest tiles are 8 pixels: `narrow` are kernels that take no more at a time. */
 #define ROW(trace_, isa, narrow)                                                                                         \
     {                                                                                                            \
-        .trace = trace_##_##isa, .encode = fv_pixel_encode_##isa, .encode_light = fv_pixel_encode_light_##isa,   \
+        .trace = trace_##_##isa, .starts = fv_field_starts_##isa, .encode = fv_pixel_encode_##isa,               \
+        .encode_light = fv_pixel_encode_light_##isa,                                                             \
         .encode_albedo = fv_pixel_encode_albedo_##isa, .compose = fv_pixel_compose_##isa,                        \
         .reproject = {fv_reproject_##isa, fv_reproject_##isa, fv_reproject_##narrow}, .merge = fv_merge_##isa,   \
         .bounds = {fv_bounds_##isa, fv_bounds_##isa, fv_bounds_##narrow},                                        \
@@ -32,11 +37,13 @@
     }
 #define ROWS(isa, narrow)                                                        \
     {                                                                    \
-        [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, isa, narrow),                   \
-        [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, isa, narrow),             \
-        [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, isa, narrow),             \
-        [FV_VARIANT_ALL] = ROW(fv_trace_all, isa, narrow),                       \
-        [FV_VARIANT_MOVING] = ROW(fv_trace_samples, isa, narrow),                \
+        [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, isa, narrow),             \
+        [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, isa, narrow),          \
+        [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, isa, narrow),          \
+        [FV_VARIANT_ALL] = ROW(fv_trace_all, isa, narrow),               \
+        [FV_VARIANT_MOVING] = ROW(fv_trace_moving, isa, narrow),            \
+        [FV_VARIANT_FIELDS] = ROW(fv_trace_fields, isa, narrow),            \
+        [FV_VARIANT_EVERYTHING] = ROW(fv_trace_samples, isa, narrow),           \
     }
 
 DECLARE(base)
@@ -61,5 +68,5 @@ const struct fv_kernels *fv_kernels_for(enum fv_isa isa, enum fv_variant variant
 
 const struct fv_kernels *fv_kernels(enum fv_isa isa)
 {
-    return fv_kernels_for(isa, FV_VARIANT_MOVING);
+    return fv_kernels_for(isa, FV_VARIANT_EVERYTHING);
 }

@@ -18,6 +18,15 @@ struct fv_kernels {
     void (*trace)(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
                   uint32_t seed, int64_t *rays);
 
+    /* Cones through the scene's fields: afterwards samples->start holds, for each sample, a ray parameter before
+     * which no ray of the view whose place lies within `radius_px` pixels (each way across the picture, as the crow
+     * flies) of the sample's meets anything in the fields, nor comes near enough to count as a hit; infinite where
+     * none does at all. From samples->start where `started`, which is then set: as a coarser level left it, each
+     * taken from the sample whose circle holds this one's. Adds to rays[FV_RAY_MARCH_*]. Meshes are not looked at:
+     * `trace` finds them wherever a ray starts in fields. */
+    void (*starts)(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
+                   float radius_px, int64_t *rays);
+
     /* Tone-maps and encodes n linear radiances to pixels (pixel.h); n and the arrays padded to the width. */
     void (*encode)(const float *red, const float *green, const float *blue, float exposure, uint32_t *pixel, int n);
 

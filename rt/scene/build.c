@@ -33,6 +33,7 @@ struct fv_build {
     struct fv_light light[FV_LIGHTS_MAX];
     int lights;
     bool too_many;
+    bool bare; /* may hold no triangles */
     struct fv_moving moving[FV_MOVING_MAX];
     int objects, object;                /* object: whose the next vertices and triangles are */
     bool placed[FV_MOVING_MAX + 1];     /* a part of it was there */
@@ -84,6 +85,11 @@ uint32_t fv_build_vertex(struct fv_build *b, const struct fv_vertex *vertex)
     for (int i = 0; i < 3 && b->object > 0; i++)
         v->position[i] = (float)((double)v->position[i] - b->moving[b->object - 1].origin_m[i]);
     return (uint32_t)b->vertices.count - 1;
+}
+
+void fv_build_bare(struct fv_build *b)
+{
+    b->bare = true;
 }
 
 uint32_t fv_build_vertices(const struct fv_build *b)
@@ -222,7 +228,7 @@ static int check(const struct fv_build *b, struct fv_error *error)
     if (b->materials.count > FV_MATERIALS_MAX)
         return fv_error_set(error, "%s: %zu materials, at most %d are possible", b->source,
                             b->materials.count, FV_MATERIALS_MAX);
-    if (b->triangles.count == 0) return fv_error_set(error, "%s: holds no triangles", b->source);
+    if (b->triangles.count == 0 && !b->bare) return fv_error_set(error, "%s: holds no triangles", b->source);
     const size_t *texels = b->texels.data;
     size_t all = 0;
     for (size_t i = 0; i < b->textures.count; i++) all += texels[i];
@@ -292,7 +298,8 @@ static void lay_out_objects(const struct fv_build *b, struct fv_scene *scene, co
         scene->object[o] = (struct fv_object){.moving = b->moving[o],
                                               .first = (int64_t)next[2 * (o + 1)],
                                               .triangles = (int64_t)(own[0] + own[1]),
-                                              .opaque_triangles = (int64_t)own[0]};
+                                              .opaque_triangles = (int64_t)own[0],
+                                              .light = -1};
         if (own[0] + own[1] > 0) scene->features |= FV_SCENE_MOVING;
     }
 }
@@ -303,8 +310,9 @@ static void lay_out_triangles(const struct fv_build *b, struct fv_scene *scene, 
     const struct fv_material *material = b->materials.data;
     struct corners *c = b->triangles.data;
     const struct fv_vertex *v = b->vertices.data;
-    uint32_t *index = fv_arena_take(fv_arena(), "scene indices", kept * 3 * sizeof *index, 64);
-    struct fv_triangle *triangle = fv_arena_take(fv_arena(), "scene triangles", kept * sizeof *triangle, 64);
+    size_t room = kept > 0 ? kept : 1;
+    uint32_t *index = fv_arena_take(fv_arena(), "scene indices", room * 3 * sizeof *index, 64);
+    struct fv_triangle *triangle = fv_arena_take(fv_arena(), "scene triangles", room * sizeof *triangle, 64);
     size_t next[SLOTS];
     float box[FV_MOVING_MAX + 1][2][3];
     lay_out_objects(b, scene, slot, next);
@@ -387,7 +395,7 @@ int fv_build_finish(struct fv_build *b, struct fv_scene *scene, struct fv_error 
         return -1;
     }
     kept = sort_out(b, slot);
-    if (kept == 0) {
+    if (kept == 0 && !b->bare) {
         fv_error_set(error, "%s: holds no triangles: all %zu have no area", b->source, b->triangles.count);
         fv_build_destroy(b);
         return -1;

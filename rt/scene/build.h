@@ -47,6 +47,8 @@ void fv_build_triangle(struct fv_build *build, uint32_t a, uint32_t b, uint32_t 
 /* A sun's direction need not have unit length. -1 where a number is not finite or negative, an area
  * or a direction is none, or there are too many. */
 int fv_build_light(struct fv_build *build, const struct fv_light *light, struct fv_error *error);
+/* The scene may hold no triangles: it has fields. */
+void fv_build_bare(struct fv_build *build);
 uint32_t fv_build_vertices(const struct fv_build *build);
 
 /* What moves: fv_build_finish gives it to the scene. At most FV_MOVING_MAX. */

@@ -65,6 +65,12 @@ static int read_box(struct row *row)
     return read_numbers(row, "box", 3, 1e-3, 1e6, row->moving->size_m);
 }
 
+static int read_light(struct row *row)
+{
+    row->moving->body = FV_BODY_LIGHT;
+    return read_numbers(row, "light", 3, 0, 1e9, row->moving->intensity);
+}
+
 static int read_node(struct row *row)
 {
     row->moving->body = FV_BODY_NODE;
@@ -102,7 +108,7 @@ static const struct {
     int (*read)(struct row *row);
     bool body, often; /* body: the first word of a row, and only that; often: may come more than once */
 } keywords[] = {{"sphere", read_sphere, true, false},  {"box", read_box, true, false},
-                {"node", read_node, true, false},      {"colour", read_colour, false, false},
+                {"light", read_light, true, false},    {"node", read_node, true, false},      {"colour", read_colour, false, false},
                 {"at", read_way, false, true},         {"in", read_seconds, false, false},
                 {"spin", read_spin, false, false}};
 enum { KEYWORDS = sizeof keywords / sizeof keywords[0] };
@@ -115,7 +121,7 @@ static int read_keyword(struct row *row, bool first)
         row->has[k] = true;
         return keywords[k].read(row);
     }
-    return refuse(row, first ? ": must begin with sphere, box or node" : ": must be colour, at, in or spin", "");
+    return refuse(row, first ? ": must begin with sphere, box, light or node" : ": must be colour, at, in or spin", "");
 }
 
 static int read_row(struct row *row)

@@ -1,4 +1,4 @@
-/* moving: what of a scene moves, as scene.moving says: bodies that are added and parts of the file by name,
+/* moving: what of a scene moves, as scene.moving says: bodies and lights that are added and parts of the file by name,
  * and where each is at a session time. Rigid: nothing is bent or scaled. */
 #ifndef FV_SCENE_MOVING_H
 #define FV_SCENE_MOVING_H
@@ -14,6 +14,7 @@ enum { FV_MOVING_MAX = 31, FV_WAYS_MAX = 32, FV_NAME_MAX = 128 };
 enum fv_body {
     FV_BODY_SPHERE,
     FV_BODY_BOX,
+    FV_BODY_LIGHT, /* a point light */
     FV_BODY_NODE /* a part of the file, with all that hangs on it */
 };
 
@@ -22,6 +23,7 @@ struct fv_moving {
     enum fv_body body;
     char name[FV_NAME_MAX]; /* of a node */
     double size_m[3];       /* a sphere's radius; a box's edges */
+    double intensity[3];    /* a light's radiant intensity (W/sr) */
     double colour[3];       /* albedo */
     double origin_m[3];     /* a node's own origin in the scene, known once it is read; 0 of bodies */
     int ways;

@@ -5,6 +5,7 @@
 #ifndef FV_SCENE_SCENE_H
 #define FV_SCENE_SCENE_H
 
+#include "rt/scene/field.h"
 #include "rt/scene/moving.h"
 
 #include <assert.h>
@@ -95,6 +96,8 @@ enum fv_scene_features {
     FV_SCENE_AREA_LIGHTS = 256,
     FV_SCENE_SUN = 512,
     FV_SCENE_MOVING = 1024,
+    FV_SCENE_FIELDS = 4096, /* solids given by distances (field.h) */
+    FV_SCENE_MIXED = 8192,  /* beside triangles */
     FV_SCENE_AO = 2048 /* ambient light, which near surfaces take away: asked for by method.ao_spp */
 };
 
@@ -107,6 +110,7 @@ struct fv_object {
     struct fv_moving moving;
     int64_t first, triangles, opaque_triangles; /* its triangle records, the opaque ones first */
     float centre[3], radius;                    /* of a ball around it, in its own space */
+    int light;                                  /* the scene's light that it is, -1: none */
 };
 
 struct fv_scene {
@@ -126,6 +130,7 @@ struct fv_scene {
     struct fv_light light[FV_LIGHTS_MAX];
     float ambient[3], sky[3], exposure;
     float bounds[2][3]; /* smallest and largest corner of what stands still */
+    struct fv_fields fields;
     int objects;
     struct fv_object object[FV_MOVING_MAX];
 };

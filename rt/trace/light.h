@@ -47,14 +47,15 @@ static inline vf3 light_surface(const struct shading *shading, struct surface *s
                                 struct parted *parted)
 {
     const struct fv_scene *scene = shading->tracer->data;
+    const struct fv_light *light_of = shading->tracer->light;
     struct lit lit = {.shading = shading, .surface = s};
     vi reached[FV_LIGHTS_MAX];
     vf3 way, irradiance, zero = {vf_of(0), vf_of(0), vf_of(0)};
     vf far;
     lit.start = vf3_add(s->point, vf3_scale(s->geometric, s->offset));
     for (int i = 0; i < scene->lights; i++) {
-        if (is(&scene->light[i], FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) continue;
-        vf3 l = towards(&lit, &scene->light[i], &way, &far, &irradiance);
+        if (is(&light_of[i], FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) continue;
+        vf3 l = towards(&lit, &light_of[i], &way, &far, &irradiance);
         reached[i] = unshadowed(&lit, way, far, faces(s, l, vi_of(-1)), true);
     }
     surface_fetch(s, scene);
@@ -62,8 +63,8 @@ static inline vf3 light_surface(const struct shading *shading, struct surface *s
     lit.any_specular = (s->any & FV_FEATURES & FV_MATERIAL_SPECULAR) != 0;
     if (lit.any_specular) lit.view = vf3_normalise(vf3_scale(direction, vf_of(-1)), s->normal);
     for (int i = 0; i < scene->lights; i++) {
-        if (is(&scene->light[i], FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS) || !vi_any(reached[i])) continue;
-        vf3 l = towards(&lit, &scene->light[i], &way, &far, &irradiance);
+        if (is(&light_of[i], FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS) || !vi_any(reached[i])) continue;
+        vf3 l = towards(&lit, &light_of[i], &way, &far, &irradiance);
         add_light(&lit, l, irradiance, reached[i]);
     }
     /* A little darker from below, so that vaults keep their shape where no light reaches. */
@@ -71,7 +72,7 @@ static inline vf3 light_surface(const struct shading *shading, struct surface *s
     if (primary && (scene->features & FV_FEATURES & FV_SCENE_AO)) sky *= unoccluded(&lit);
     vf3 light = {scene->ambient[0] * sky, scene->ambient[1] * sky, scene->ambient[2] * sky};
     for (int i = 0; i < scene->lights; i++)
-        if (is(&scene->light[i], FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) add_area(&lit, &scene->light[i], &light);
+        if (is(&light_of[i], FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) add_area(&lit, &light_of[i], &light);
     if ((FV_FEATURES & FV_SCENE_STOCHASTIC) && parted) {
         parted->albedo =
             (vf3){vf_clamp(s->diffuse.x, 0, 1), vf_clamp(s->diffuse.y, 0, 1), vf_clamp(s->diffuse.z, 0, 1)};

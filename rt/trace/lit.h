@@ -56,6 +56,7 @@ static inline vi unshadowed(const struct lit *lit, vf3 way, vf far, vi mask, boo
     if (!bits) return mask;
     lit->shading->rays[FV_RAY_SHADOW] += __builtin_popcount(bits);
     struct fv_ray_context context = packet_context(coherent, lit->surface->footprint[__builtin_ctz(bits)], 0);
+    context.rays = lit->shading->rays;
     return mask & ~packet_occluded(lit->shading->tracer, &context, lit->start, way, far, mask);
 }
 

@@ -3,6 +3,7 @@
 #define FV_TRACE_PACKET_H
 
 #include "rt/trace/alpha.h"
+#include "rt/trace/field_march.h"
 #include "rt/trace/instance.h"
 
 /* What of a scene's features (enum fv_scene_features, whose lower bits are enum fv_material_flags) this
@@ -10,6 +11,10 @@
 #ifndef FV_FEATURES
 #define FV_FEATURES ~0u
 #endif
+
+/* Kernels of fields ask whether there are triangles too; those of fields alone know that there are none. */
+#define FV_FIELDS (FV_FEATURES & FV_SCENE_FIELDS)
+#define FV_MESHES (!FV_FIELDS || (FV_FEATURES & FV_SCENE_MIXED))
 
 #define FV_PASTE_WIDTH(name, width) name##width
 #define FV_EXPAND_WIDTH(name, width) FV_PASTE_WIDTH(name, width)
@@ -20,6 +25,7 @@
 struct packet_hit {
     vi hit;      /* mask */
     vi triangle; /* record number; 0 in lanes without a hit */
+    vi part;     /* of the fields, -1: a triangle; set where the kernel shows fields */
     vi object;   /* the moving object's number, 0: it stands still; set where the kernel shows moving ones */
     vf t, u, v;
     vf3 normal; /* Embree's geometric normal, in the world, not unit */
@@ -32,6 +38,8 @@ static inline struct fv_ray_context packet_context(bool coherent, float base, fl
     c.embree.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
     c.base = base;
     c.growth = growth;
+    c.start = NULL;
+    c.rays = NULL;
     return c;
 }
 
@@ -83,7 +91,7 @@ static inline void packet_intersect_moving(const struct fv_tracer *tracer, struc
     }
 }
 
-static inline struct packet_hit packet_intersect(const struct fv_tracer *tracer, struct fv_ray_context *context,
+static inline struct packet_hit packet_intersect_meshes(const struct fv_tracer *tracer, struct fv_ray_context *context,
                                                  vf3 origin, vf3 direction, vi mask)
 {
     _Alignas(64) FV_RAY_HIT_N r;
@@ -108,6 +116,38 @@ static inline struct packet_hit packet_intersect(const struct fv_tracer *tracer,
     return h;
 }
 
+/* Nearer hits, of the fields. */
+static inline void packet_intersect_fields(const struct fv_tracer *tracer, const struct fv_ray_context *context,
+                                           vf3 origin, vf3 direction, vi mask, struct packet_hit *h)
+{
+    struct field_hit f;
+    struct field_rays r = field_rays_of(origin, direction, mask);
+    r.far = vf_min(h->t, tracer->march_far / r.length);
+    if (context->start) r.from = vf_load(context->start);
+    field_march(tracer, &r, context->rays, &f);
+    h->hit |= f.hit;
+    h->part = vi_select(f.hit, f.part, vi_of(-1));
+    h->t = vf_select(f.hit, f.t, h->t);
+    h->triangle = vi_select(f.hit, vi_of(0), h->triangle);
+    h->object = vi_select(f.hit, vi_of(0), h->object);
+}
+
+static inline struct packet_hit packet_intersect(const struct fv_tracer *tracer, struct fv_ray_context *context,
+                                                 vf3 origin, vf3 direction, vi mask)
+{
+    if (!FV_FIELDS) return packet_intersect_meshes(tracer, context, origin, direction, mask);
+    vi none = vi_of(0);
+    vf zero = vf_of(0);
+    struct packet_hit h = {none, none, none, none, vf_of(__builtin_inff()), zero, zero, {zero, zero, zero}};
+    if (FV_MESHES && tracer->data->triangles > 0) {
+        h = packet_intersect_meshes(tracer, context, origin, direction, mask);
+        if (!(FV_FEATURES & FV_SCENE_MOVING)) h.object = none;
+    }
+    h.part = vi_of(-1);
+    if (tracer->data->fields.parts > 0) packet_intersect_fields(tracer, context, origin, direction, mask, &h);
+    return h;
+}
+
 /* Of the lanes of mask, those that meet a moving object. */
 static inline vi packet_occluded_moving(const struct fv_tracer *tracer, struct fv_ray_context *context, vf3 origin,
                                         vf3 direction, vf far, vi mask)
@@ -128,8 +168,8 @@ static inline vi packet_occluded_moving(const struct fv_tracer *tracer, struct f
     return occluded;
 }
 
-/* Mask of the lanes whose segment origin + [0, far] * direction meets something. */
-static inline vi packet_occluded(const struct fv_tracer *tracer, struct fv_ray_context *context, vf3 origin,
+/* Mask of the lanes whose segment origin + [0, far] * direction meets a triangle. */
+static inline vi packet_occluded_meshes(const struct fv_tracer *tracer, struct fv_ray_context *context, vf3 origin,
                                  vf3 direction, vf far, vi mask)
 {
     _Alignas(64) FV_RAY_N r;
@@ -141,6 +181,22 @@ static inline vi packet_occluded(const struct fv_tracer *tracer, struct fv_ray_c
     if (FV_FEATURES & FV_SCENE_MOVING)
         occluded |= packet_occluded_moving(tracer, context, origin, direction, far, mask & ~occluded);
     return occluded;
+}
+
+/* The same of all that the scene holds. */
+static inline vi packet_occluded(const struct fv_tracer *tracer, struct fv_ray_context *context, vf3 origin,
+                                 vf3 direction, vf far, vi mask)
+{
+    if (!FV_FIELDS) return packet_occluded_meshes(tracer, context, origin, direction, far, mask);
+    vi occluded = vi_of(0);
+    if (FV_MESHES && tracer->data->triangles > 0)
+        occluded = packet_occluded_meshes(tracer, context, origin, direction, far, mask);
+    if (tracer->data->fields.parts == 0 || !vi_any(mask & ~occluded)) return occluded;
+    struct field_hit f;
+    struct field_rays r = field_rays_of(origin, direction, mask & ~occluded);
+    r.far = vf_min(far, tracer->march_far / r.length);
+    field_march(tracer, &r, context->rays, &f);
+    return occluded | f.hit;
 }
 
 #endif

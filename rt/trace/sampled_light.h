@@ -61,20 +61,6 @@ static __attribute__((noinline)) void add_area(struct lit *lit, const struct fv_
     lit->sum.z += s->specular.z * radiance.z * gloss;
 }
 
-/* Sine and cosine of 2 pi a, a in [-1/2, 1/2], to 1e-6: an odd polynomial on a quarter turn, both ways. */
-static inline vf quarter_sine(vf a)
-{
-    vf q = a * a;
-    return a * (6.28316757f + q * (-41.3375176f + q * (81.3516778f - q * 71.0873582f)));
-}
-
-static inline void turn(vf a, vf *sine, vf *cosine)
-{
-    vf size = vf_abs(a), folded = vf_min(size, 0.5f - size);
-    *sine = quarter_sine(vf_select(a < 0.0f, -folded, folded));
-    *cosine = quarter_sine(0.25f - size);
-}
-
 /* Two unit vectors across unit n and each other, without a seam but at n.z = 0 (Duff et al. 2017, "Building an
  * orthonormal basis, revisited"). */
 static inline void basis(vf3 n, vf3 *across, vf3 *along)
@@ -96,7 +82,7 @@ static __attribute__((noinline)) vf unoccluded(const struct lit *lit)
     basis(s->normal, &across, &along);
     for (int i = 0; i < n; i++) {
         place_sample(lit->shading, i, n, &a, &b);
-        turn(b - 0.5f, &sine, &cosine);
+        vf_turn(b - 0.5f, &sine, &cosine);
         vf radius = vf_sqrt(a), height = vf_sqrt(vf_max(1.0f - a, vf_of(0)));
         vf3 way = vf3_add(vf3_add(vf3_scale(across, radius * cosine), vf3_scale(along, radius * sine)),
                           vf3_scale(s->normal, height));

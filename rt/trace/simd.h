@@ -385,4 +385,35 @@ static inline vf vf_exp2(vf a)
     return (vf)((vi)m + (vi_from(whole) << 23));
 }
 
+/* Sine and cosine of 2 pi a, a in [-1/2, 1/2], to 1e-6: an odd polynomial on a quarter turn, both ways. */
+static inline vf vf_quarter_sine(vf a)
+{
+    vf q = a * a;
+    return a * (6.28316757f + q * (-41.3375176f + q * (81.3516778f - q * 71.0873582f)));
+}
+
+static inline void vf_turn(vf a, vf *sine, vf *cosine)
+{
+    vf size = vf_abs(a), folded = vf_min(size, 0.5f - size);
+    *sine = vf_quarter_sine(vf_select(a < 0.0f, -folded, folded));
+    *cosine = vf_quarter_sine(0.25f - size);
+}
+
+/* The greatest, and the least, of the lanes; no NaN. */
+static inline float vf_most(vf a)
+{
+#if FV_WIDTH == 16
+    return _mm512_reduce_max_ps((__m512)a);
+#else
+    float most = a[0];
+    for (int i = 1; i < FV_WIDTH; i++) most = a[i] > most ? a[i] : most;
+    return most;
+#endif
+}
+
+static inline float vf_least(vf a)
+{
+    return -vf_most(-a);
+}
+
 #endif

@@ -3,7 +3,7 @@
 #ifndef FV_TRACE_SURFACE_H
 #define FV_TRACE_SURFACE_H
 
-#include "rt/trace/packet.h"
+#include "rt/trace/field_surface.h"
 
 /* Which texels a lane's bilinear fetch reads (of the scene's one array), and their weights. */
 struct texel_place {
@@ -210,8 +210,8 @@ static inline void surface_set(struct surface *s, const struct fv_tracer *tracer
                                vf3 origin, vf3 direction, vf base, vf growth)
 {
     const struct fv_scene *scene = tracer->data;
-    vi w[16];
-    load_records(scene->triangle, h->triangle, w);
+    vi w[16] = {vi_of(0)};
+    if (FV_MESHES && (!FV_FIELDS || scene->triangles > 0)) load_records(scene->triangle, h->triangle, w);
     s->in = interpolate(h, w);
     if (FV_FEATURES & FV_SCENE_MOVING) instance_turn_lanes(tracer, h->object, &s->in.normal, &s->in.tangent);
     vf3 zero = {vf_of(0), vf_of(0), vf_of(0)}, up = {vf_of(0), vf_of(1), vf_of(0)};
@@ -225,6 +225,15 @@ static inline void surface_set(struct surface *s, const struct fv_tracer *tracer
     reach = vf_max(reach, vf_max(vf_max(vf_abs(way.x), vf_abs(way.y)), vf_abs(way.z)));
     s->offset = vf_max(reach * 2e-6f, (vf)w[14]);
     vf3 geometric = vf3_normalise(h->normal, up);
+    vi solid = FV_FIELDS ? h->hit & (h->part >= 0) : vi_of(0);
+    if (FV_FIELDS && vi_any(solid)) {
+        vf3 slope = field_normal(&scene->fields, h, s->point, direction, s->footprint);
+        geometric = vf3_select(solid, slope, geometric);
+        s->in.normal = vf3_select(solid, slope, s->in.normal);
+        /* Shadow rays begin farther out than what counts as a hit where they begin and where this one was. */
+        vf hit = 2.0f * FV_FIELD_HIT * (1.0f + t * vf_root(vf_dot(direction, direction)));
+        s->offset = vf_select(solid, vf_max(s->offset, hit + FV_FIELD_HIT), s->offset);
+    }
     vf facing = vf_dot(geometric, direction);
     s->outside = facing < 0.0f;
     s->geometric = vf3_select(s->outside, geometric, vf3_scale(geometric, vf_of(-1)));
@@ -241,6 +250,7 @@ static inline void surface_set(struct surface *s, const struct fv_tracer *tracer
     /* In texture coordinates, between its sizes along and across the slope. */
     vf footprint = s->footprint * s->in.uv_per_metre * vf_rsqrt(vf_max(cosine, vf_of(0.05f)));
     vi material = (w[10] >> 16) & 0xffff;
+    if (FV_FIELDS) material = field_materials(&scene->fields, h, material);
     unsigned pending = vi_bits(h->hit);
     while (pending) {
         int id = material[__builtin_ctz(pending)];
@@ -248,9 +258,10 @@ static inline void surface_set(struct surface *s, const struct fv_tracer *tracer
         pending &= ~vi_bits(lanes);
         apply_material(s, scene, &scene->material[id], lanes, footprint);
     }
+    if (FV_FIELDS) field_paint(&scene->fields, h, s->point, direction, s->geometric, s->footprint, &s->diffuse);
     s->flat = vi_of(0);
     if (s->any & FV_FEATURES & FV_MATERIAL_MIRROR)
-        s->flat = flat_normals(s, w) & ((s->flags & FV_MATERIAL_NORMAL_MAPPED) == 0);
+        s->flat = flat_normals(s, w) & ~solid & ((s->flags & FV_MATERIAL_NORMAL_MAPPED) == 0);
     if (s->any & FV_FEATURES & FV_MATERIAL_TEXTURED) prefetch(scene->texel, &s->base);
     if (s->any & FV_FEATURES & FV_MATERIAL_NORMAL_MAPPED) prefetch(scene->texel, &s->bump);
 }

@@ -1,6 +1,11 @@
 /* trace_kernel: lists of samples, packet by packet: primary rays, surfaces, light, and Whitted's
  * reflections and refractions by recursion to a bounded depth. Compiled for all scenes here, and with
  * fewer FV_FEATURES (packet.h) under other names for scenes that hold less (variant.h). */
+#include "rt/trace/variant.h"
+
+#ifndef FV_FEATURES
+#define FV_FEATURES FV_FEATURES_EVERYTHING
+#endif
 #include "rt/trace/light.h"
 #include "rt/trace/refraction.h"
 
@@ -18,6 +23,7 @@ struct rays {
     vi mask;
     vf base, growth;
     bool coherent, primary;
+    const float *start; /* in fields, NULL: 0 */
 };
 
 /* What they see: of primary rays without `parted`, where that is not NULL. */
@@ -120,6 +126,8 @@ static void look(const struct shading *shading, const struct rays *r, int depth,
     const struct fv_scene *scene = tracer->data;
     int first = __builtin_ctz(vi_bits(r->mask));
     struct fv_ray_context context = packet_context(r->coherent, r->base[first], r->growth[first]);
+    context.start = r->start;
+    context.rays = shading->rays;
     struct packet_hit hit = packet_intersect(tracer, &context, r->origin, r->direction, r->mask);
     vf3 sky = vf3_of(scene->sky), zero = {vf_of(0), vf_of(0), vf_of(0)};
     vi object = FV_FEATURES & FV_SCENE_MOVING ? hit.object : vi_of(0);
@@ -200,7 +208,8 @@ void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, s
         struct rays r = {.origin = vf3_of(view->origin),
                          .direction = vf3_add(corner, vf3_add(vf3_scale(dx, x), vf3_scale(dy, y))),
                          .mask = vi_lanes() < samples->count - i,
-                         .base = vf_of(0), .growth = vf_of(view->pixel_size), .coherent = true, .primary = true};
+                         .base = vf_of(0), .growth = vf_of(view->pixel_size), .coherent = true, .primary = true,
+                         .start = samples->started ? samples->start + i : NULL};
         struct parted parted = {0};
         struct seen seen;
         if (sampled) randomise(&shading, x, y, seed);

@@ -75,6 +75,19 @@ static void make_instances(struct fv_tracer *t)
     fv_tracer_move(t, pose);
 }
 
+/* Lights that move need a place of their own, since scenes are read-only. */
+static void take_lights(struct fv_tracer *t)
+{
+    const struct fv_scene *s = t->data;
+    bool moving = false;
+    for (int i = 0; i < s->objects; i++) moving |= s->object[i].moving.body == FV_BODY_LIGHT;
+    t->light = s->light;
+    if (!moving) return;
+    t->moved = fv_arena_take(fv_arena(), "moving lights", sizeof s->light, 64);
+    memcpy(t->moved, s->light, sizeof s->light);
+    t->light = t->moved;
+}
+
 static enum fv_isa wanted_isa(const char *word)
 {
     enum fv_isa best = fv_cpu_isa();
@@ -82,6 +95,13 @@ static enum fv_isa wanted_isa(const char *word)
                          : strcmp(word, "avx2") == 0 ? FV_ISA_AVX2
                                                      : FV_ISA_AVX512;
     return wanted < best ? wanted : best;
+}
+
+static enum fv_stepping stepping_of(const char *word)
+{
+    return strcmp(word, "relaxed") == 0  ? FV_STEPPING_RELAXED
+           : strcmp(word, "balint") == 0 ? FV_STEPPING_BALINT
+                                         : FV_STEPPING_PLAIN;
 }
 
 int fv_tracer_open(struct fv_tracer *t, const struct fv_scene *scene, const struct fv_config *config,
@@ -97,6 +117,10 @@ int fv_tracer_open(struct fv_tracer *t, const struct fv_scene *scene, const stru
                             .ao_spp = (int)config->method_ao_spp,
                             .ao_radius = (float)config->method_ao_radius,
                             .epsilon_grazing = (float)config->method_epsilon_grazing,
+                            .stepping = stepping_of(config->method_stepping),
+                            .march_steps = (int)config->method_march_steps,
+                            .march_far = (float)config->method_march_far,
+                            .culling = strcmp(config->method_culling, "on") == 0,
                             .isa = wanted_isa(config->threads_isa)};
     message[0] = 0;
     snprintf(settings, sizeof settings, "threads=1,set_affinity=0,isa=%s",
@@ -111,6 +135,7 @@ int fv_tracer_open(struct fv_tracer *t, const struct fv_scene *scene, const stru
     rtcSetDeviceMemoryMonitorFunction(t->device, count_bytes, &bytes);
     t->scene = make_scene(t, 0, scene->still_triangles, scene->opaque_triangles, &t->masked);
     make_instances(t);
+    take_lights(t);
     t->bytes = bytes;
     if (message[0]) return fv_error_set(error, "Embree: %s", message);
     return 0;
@@ -132,6 +157,9 @@ void fv_tracer_move(const struct fv_tracer *t, const struct fv_pose *pose)
         }
         to->ball[3] = o->triangles > 0 ? o->radius : -1;
     }
+    for (int i = 0; i < t->data->objects; i++)
+        for (int c = 0; c < 3 && t->data->object[i].light >= 0; c++)
+            t->moved[t->data->object[i].light].position[c] = (float)pose[i].position_m[c];
 }
 
 void fv_tracer_close(struct fv_tracer *t)

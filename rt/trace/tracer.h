@@ -45,6 +45,9 @@ struct fv_samples {
      * Out, only where asked for in a scene with FV_SCENE_STOCHASTIC: diffuse reflectance, in [0, 1], and
      * irradiance / pi, in [0, FV_RADIANCE_MAX]. Highlights of area lights stay in red, green and blue. */
     bool split;
+    /* In: where rays begin in fields, by the ray parameter; as `starts` of struct fv_kernels gives them. */
+    bool started;
+    _Alignas(64) float start[FV_SAMPLES_MAX];
     int fewer; /* in: sampled light takes this part of the settings' rays, 4 at least; 0 is 1: all */
     _Alignas(64) float albedo_red[FV_SAMPLES_MAX], albedo_green[FV_SAMPLES_MAX], albedo_blue[FV_SAMPLES_MAX];
     _Alignas(64) float light_red[FV_SAMPLES_MAX], light_green[FV_SAMPLES_MAX], light_blue[FV_SAMPLES_MAX];
@@ -65,6 +68,9 @@ struct fv_instance {
     float ball[4];           /* around it: centre, in the world, and radius; -1: it has no triangles */
 };
 
+/* How rays step through fields (field_march.h). */
+enum fv_stepping { FV_STEPPING_PLAIN, FV_STEPPING_RELAXED, FV_STEPPING_BALINT };
+
 struct fv_tracer {
     RTCDevice device;
     RTCScene scene;                /* of what stands still */
@@ -72,10 +78,16 @@ struct fv_tracer {
     struct fv_instance *instance;  /* of objects 1 to `instances`; the only thing here that frames change */
     struct fv_masked masked;
     const struct fv_scene *data;
+    const struct fv_light *light; /* the scene's; where some move, `moved`, which fv_tracer_move puts in place */
+    struct fv_light *moved;
     const float *noise;  /* fv_noise(), NULL where the scene has no light that is sampled */
     int64_t bytes;       /* of the acceleration structure and what else Embree holds of the scene */
     int depth, area_spp, ao_spp; /* settings of the section method */
     float ao_radius, epsilon_grazing;
+    enum fv_stepping stepping;
+    int march_steps;   /* that a ray takes through fields at most */
+    float march_far;   /* m: rays end there in fields */
+    bool culling;      /* of fields' parts, by packet */
     enum fv_isa isa;
 };
 
@@ -89,11 +101,13 @@ void fv_tracer_close(struct fv_tracer *tracer);
  * they are at time 0 before. Not while rays are traced. */
 void fv_tracer_move(const struct fv_tracer *tracer, const struct fv_pose *pose);
 
-/* What Embree hands to the alpha test: the context, extended by the ray cone. The footprint of a
+/* What Embree hands to the alpha test: the context, extended by the ray cone, and what marching wants. The footprint of a
  * hit at parameter t is base + t * growth (m). */
 struct fv_ray_context {
     struct RTCIntersectContext embree; /* first */
     float base, growth;
+    const float *start; /* of each lane, in fields; NULL: 0 */
+    int64_t *rays;      /* where steps through fields are counted, by enum fv_ray_kind */
 };
 
 #endif

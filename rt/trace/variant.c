@@ -7,11 +7,13 @@ const struct fv_variant_row fv_variants[FV_VARIANTS] = {
     [FV_VARIANT_MIRRORED] = {"mirrored", FV_FEATURES_MIRRORED},
     [FV_VARIANT_ALL] = {"all", FV_FEATURES_ALL},
     [FV_VARIANT_MOVING] = {"moving", FV_FEATURES_MOVING},
+    [FV_VARIANT_FIELDS] = {"fields", FV_FEATURES_FIELDS},
+    [FV_VARIANT_EVERYTHING] = {"everything", FV_FEATURES_EVERYTHING},
 };
 
 enum fv_variant fv_variant_for(uint32_t features)
 {
-    for (int v = 0; v < FV_VARIANT_MOVING; v++)
+    for (int v = 0; v < FV_VARIANT_EVERYTHING; v++)
         if (!(features & ~fv_variants[v].features)) return (enum fv_variant)v;
-    return FV_VARIANT_MOVING;
+    return FV_VARIANT_EVERYTHING;
 }

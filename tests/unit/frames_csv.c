@@ -46,12 +46,12 @@ static void a_row_a_frame(void **unused)
     static const char header[] =
         "frame,t_ns,frame_ms,cpu_ms,control_ms,idle_ms,predicted_ms,budget_ms,latch_ms,stage_select_ms,"
         "stage_a_b__c_ms,stage__ms,stage_sample_ms,stage_present_ms,level,periods,r0_deg,r1_deg,p_min,"
-        "rays_primary,rays_shadow,rays_secondary,rays_march_steps,sampled_fraction,gaze_left_x_px,"
+        "rays_primary,rays_shadow,rays_secondary,rays_march_steps,rays_march_limited,sampled_fraction,gaze_left_x_px,"
         "gaze_left_y_px,gaze_right_x_px,gaze_right_y_px,gaze_latency_ms,missed,cut,cut_tiles,late_stages\n";
     static const char first[] =
         "41,9007199254740993,,1.5,0.0123,-0,-0.5,1e-10,1e+30,0.1,,0,123456.79,0.33333334,-2,3,16777216,180,0."
         "05,"
-        "9223372036854775807,1,2,-9223372036854775808,0,0,0,0,0,0,1,0,2147483647,4294967295\n";
+        "9223372036854775807,1,2,-9223372036854775808,0,0,0,0,0,0,0,1,0,2147483647,4294967295\n";
     sample_session(&session, records, 500);
     session.stage[1] = "a,b\"\nc";
     session.stage[2] = NULL;

@@ -60,7 +60,7 @@ static void rows_that_are_refused(void **state)
     const struct {
         const char *rows, *says;
     } table[] = {
-        {"ball 1", "--set: scene.moving: row 1: ball: must begin with sphere, box or node"},
+        {"ball 1", "--set: scene.moving: row 1: ball: must begin with sphere, box, light or node"},
         {"at 0 0 0 0 sphere 1", "row 1: at: must begin with"},
         {"sphere 1 at 0 0 0 0, sphere", "row 2: sphere needs 1 numbers, has 0"},
         {"sphere x", "row 1: x: must be a number, behind sphere"},

@@ -101,7 +101,7 @@ static void probe_turn(const struct fv_texture *texture, const float *const *in,
     EACH
     {
         vf sine, cosine;
-        turn(IN(0), &sine, &cosine);
+        vf_turn(IN(0), &sine, &cosine);
         vf_store(out[0] + i, sine);
         vf_store(out[1] + i, cosine);
     }

@@ -1,0 +1,148 @@
+/* field_cull: which parts of the fields a packet of rays can meet, and between where: balls against a cone around
+ * the packet, FV_WIDTH parts at a time, then boxes against each ray. What is left out is farther from every ray
+ * than what counts as a hit. For kernels only. */
+#ifndef FV_TRACE_FIELD_CULL_H
+#define FV_TRACE_FIELD_CULL_H
+
+#include "rt/trace/simd.h"
+#include "rt/trace/tracer.h"
+
+/* Rays origin + t * direction, t from `from` to `far`, in lanes of `mask`. `wide`: for cones, what their radius
+ * grows by with t (m); 0 for rays. */
+struct field_rays {
+    vf3 origin, direction;
+    vf from, far, wide, length; /* length: of the direction, not 0 */
+    vi mask;
+};
+
+/* Parts that the packet may meet, by where it first does: t in [enter, exit] of any of its rays. */
+struct field_kept {
+    int count;
+    struct {
+        int part;
+        float enter, exit;
+    } at[FV_FIELD_PARTS_MAX];
+};
+
+/* A cone around the packet: of rays within `base` + `growth` * s of the axis at the length s along it. */
+struct field_cone {
+    float apex[3], axis[3], base, growth, reach;
+    bool any; /* false: the rays go anywhere */
+};
+
+static inline struct field_cone field_cone_of(const struct field_rays *r)
+{
+    struct field_cone c;
+    int first = __builtin_ctz(vi_bits(r->mask));
+    float inverse = 1 / r->length[first];
+    const vf3 *o = &r->origin, *d = &r->direction;
+    float apex[3] = {o->x[first], o->y[first], o->z[first]};
+    float axis[3] = {d->x[first] * inverse, d->y[first] * inverse, d->z[first] * inverse};
+    vf zero = vf_of(0), along = vf_dot(*d, vf3_of(axis));
+    vf3 aside = vf3_sub(*d, vf3_scale(vf3_of(axis), along)), off = vf3_sub(*o, vf3_of(apex));
+    vf ahead = along - r->wide;
+    c.any = !vi_any(r->mask & ~(ahead > 0.2f * r->length));
+    if (!c.any) return c;
+    vf growth = (vf_root(vf_dot(aside, aside)) * 1.00001f + r->wide) / ahead;
+    c.growth = vf_most(vf_select(r->mask, growth, zero));
+    c.base = vf_most(vf_select(r->mask, vf_root(vf_dot(off, off)), zero));
+    c.reach = vf_most(vf_select(r->mask, r->far * r->length, zero));
+    memcpy(c.apex, apex, sizeof apex);
+    memcpy(c.axis, axis, sizeof axis);
+    return c;
+}
+
+/* Bits of the parts first, first + 1, ... whose balls, with what counts as a hit around them, the cone meets. */
+static inline unsigned field_meets(const struct fv_fields *f, int first, const struct field_cone *c)
+{
+    vf radius = vf_load(f->radius + first);
+    vf3 way = {vf_load(f->x + first) - c->apex[0], vf_load(f->y + first) - c->apex[1], vf_load(f->z + first) - c->apex[2]};
+    vf d2 = vf_dot(way, way), distance = vf_root(d2), along = vf_dot(way, vf3_of(c->axis));
+    vf aside = vf_root(vf_max(d2 - along * along, vf_of(0)));
+    /* Rounding of `aside` is within 2e-3 of the way where that is near the axis: of it all, 1e-6 in the square. */
+    radius = radius * 1.0002f + (distance + 1.0f) * (1.05f * FV_FIELD_HIT);
+    vf widest = c->base + c->growth * vf_max(along + radius, vf_of(0)) + distance * 1e-3f;
+    vi meets = (aside <= radius + widest) & (along >= -radius - c->base) & (distance - radius - c->base <= c->reach);
+    return vi_bits(meets | (vf_load(f->radius + first) > 1e30f));
+}
+
+/* A ray's way through a part's box, whose faces move outward with t as fast as hits are widened. */
+struct field_slabs {
+    vf3 low_start, high_start;     /* face - start over rate is where the ray passes it */
+    vf3 low_rate, high_rate;       /* inverse */
+};
+
+static inline vf field_rate(vf rate)
+{
+    vf least = vf_of(1e-20f);
+    return 1.0f / vf_select(vf_abs(rate) > least, rate, least);
+}
+
+static inline struct field_slabs field_slabs_of(const struct field_rays *r)
+{
+    vf grow = r->length * (1.01f * FV_FIELD_HIT) + r->wide;
+    const vf3 *o = &r->origin, *d = &r->direction;
+    const float hit = 1.01f * FV_FIELD_HIT;
+    return (struct field_slabs){
+        .low_start = {o->x + hit, o->y + hit, o->z + hit}, .high_start = {o->x - hit, o->y - hit, o->z - hit},
+        .low_rate = {field_rate(d->x + grow), field_rate(d->y + grow), field_rate(d->z + grow)},
+        .high_rate = {field_rate(d->x - grow), field_rate(d->y - grow), field_rate(d->z - grow)}};
+}
+
+/* Narrows [near, far] to where the ray is above the lower face and below the upper one. */
+static inline void field_slab(vf low, vf high, vf low_rate, vf high_rate, vf *near, vf *far)
+{
+    vf in = low * low_rate, out = high * high_rate, inf = vf_of(__builtin_inff());
+    *near = vf_max(vf_select(low_rate > 0.0f, in, *near), *near);
+    *far = vf_min(vf_select(low_rate > 0.0f, *far, in), *far);
+    *near = vf_max(vf_select(high_rate > 0.0f, -inf, out), *near);
+    *far = vf_min(vf_select(high_rate > 0.0f, out, inf), *far);
+}
+
+static inline void field_keep(const struct field_rays *r, const struct field_slabs *s, const struct fv_field_part *p,
+                              int part, struct field_kept *kept)
+{
+    vf near = r->from, far = r->far, inf = vf_of(__builtin_inff());
+    field_slab(p->low[0] - s->low_start.x, p->high[0] - s->high_start.x, s->low_rate.x, s->high_rate.x, &near, &far);
+    field_slab(p->low[1] - s->low_start.y, p->high[1] - s->high_start.y, s->low_rate.y, s->high_rate.y, &near, &far);
+    field_slab(p->low[2] - s->low_start.z, p->high[2] - s->high_start.z, s->low_rate.z, s->high_rate.z, &near, &far);
+    near *= 1.0f - 1e-5f;
+    far *= 1.0f + 1e-5f;
+    vi meets = r->mask & (near <= far);
+    if (!vi_any(meets)) return;
+    float enter = vf_least(vf_select(meets, near, inf)), exit = vf_most(vf_select(meets, far, -inf));
+    int i = kept->count++;
+    for (; i > 0 && kept->at[i - 1].enter > enter; i--) kept->at[i] = kept->at[i - 1];
+    kept->at[i].part = part;
+    kept->at[i].enter = enter;
+    kept->at[i].exit = exit;
+}
+
+static inline void field_cull(const struct fv_tracer *tracer, const struct field_rays *r, struct field_kept *kept)
+{
+    const struct fv_fields *f = &tracer->data->fields;
+    struct field_slabs slabs = field_slabs_of(r);
+    struct field_cone cone = field_cone_of(r);
+    kept->count = 0;
+    for (int first = 0; first < f->parts; first += FV_WIDTH) {
+        unsigned all = f->parts - first < FV_WIDTH ? (1u << (f->parts - first)) - 1 : ~0u >> (32 - FV_WIDTH);
+        unsigned bits = cone.any ? field_meets(f, first, &cone) & all : all;
+        for (; bits; bits &= bits - 1) {
+            int part = first + __builtin_ctz(bits);
+            field_keep(r, &slabs, &f->part[part], part, kept);
+        }
+    }
+}
+
+/* With culling off: all parts, everywhere. */
+static inline void field_keep_all(const struct fv_tracer *tracer, struct field_kept *kept)
+{
+    kept->count = tracer->data->fields.parts;
+    for (int i = 0; i < kept->count; i++) {
+        kept->at[i].part = i;
+        kept->at[i].enter = -__builtin_inff();
+        kept->at[i].exit = __builtin_inff();
+    }
+}
+
+#endif

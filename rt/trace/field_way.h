@@ -1,0 +1,80 @@
+/* field_way: a packet of rays on its way through fields: which parts are in reach, and the nearest of them. For
+ * kernels only; field_march.h and field_starts_kernel.c step along it. */
+#ifndef FV_TRACE_FIELD_WAY_H
+#define FV_TRACE_FIELD_WAY_H
+
+#include "rt/trace/field_cull.h"
+#include "rt/trace/field_eval.h"
+#include "rt/trace/rays.h"
+
+/* From t = 0 on. Rays of no direction, or of one that is no number, are none. */
+static inline struct field_rays field_rays_of(vf3 origin, vf3 direction, vi mask)
+{
+    vf length = vf_root(vf_dot(direction, direction)), zero = vf_of(0);
+    vi good = (length > 1e-12f) & (length < 1e12f);
+    return (struct field_rays){origin, direction, zero, zero, zero, vf_select(good, length, vf_of(1)), mask & good};
+}
+
+/* A packet on its way. Parts [0, active) of `now` are those that any ray is in the reach of. */
+struct field_way {
+    const struct field_rays *rays;
+    struct field_kept kept;
+    int next, active; /* next: of kept, the first that none has reached yet */
+    int now[FV_FIELD_PARTS_MAX];
+    vf t, sure; /* sure: where an over-long step may be taken back to; else t */
+    vi live;
+};
+
+static inline float field_next_enter(const struct field_way *w)
+{
+    return w->next < w->kept.count ? w->kept.at[w->next].enter : __builtin_inff();
+}
+
+static inline void field_begin(struct field_way *w, const struct fv_tracer *tracer, const struct field_rays *r)
+{
+    w->rays = r;
+    w->t = w->sure = r->from;
+    w->live = r->mask & (r->from <= r->far);
+    w->next = w->active = w->kept.count = 0;
+    if (!vi_any(w->live)) return;
+    if (tracer->culling) field_cull(tracer, r, &w->kept);
+    else field_keep_all(tracer, &w->kept);
+}
+
+/* Takes in what rays have reached; where none is in the reach of anything, all go on to the next part first. False
+ * where there is nothing left to meet. */
+static inline bool field_reach(struct field_way *w)
+{
+    w->live &= w->sure <= w->rays->far;
+    if (!vi_any(w->live)) return false;
+    if (w->active == 0) {
+        if (w->next == w->kept.count) return false;
+        w->t = w->sure = vf_max(w->t, vf_of(w->kept.at[w->next].enter));
+        w->live &= w->t <= w->rays->far;
+    }
+    while (w->next < w->kept.count && vi_any(w->live & (w->t >= w->kept.at[w->next].enter)))
+        w->now[w->active++] = w->next++;
+    return vi_any(w->live);
+}
+
+/* The fields at the packet's points, and the nearest part of each; parts that all rays have left behind go. */
+static inline vf field_nearest(struct field_way *w, const struct fv_fields *f, vi *part)
+{
+    vf best = vf_of(1e30f);
+    vf3 p = vf3_add(w->rays->origin, vf3_scale(w->rays->direction, w->t));
+    *part = vi_of(0);
+    for (int i = 0; i < w->active; i++) {
+        int k = w->now[i], id = w->kept.at[k].part;
+        if (!vi_any(w->live & (w->sure <= w->kept.at[k].exit))) {
+            w->now[i--] = w->now[--w->active];
+            continue;
+        }
+        vf d = field_part(f->code + f->part[id].first, f->part[id].count, p);
+        vi nearer = d < best;
+        best = vf_min(d, best);
+        *part = vi_select(nearer, vi_of(id), *part);
+    }
+    return best;
+}
+
+#endif
