@@ -67,10 +67,12 @@ void fv_experiment_variants(struct fv_setup *setup, struct fv_numerics *n)
     place(&view);
     for (int k = 0; k < REPEATS && !fv_numerics_stopped(n); k++)
         for (int v = (int)smallest; v < FV_VARIANTS; v++) {
+            if (!fv_variant_shows((enum fv_variant)v, setup->scene.features)) continue;
             double ns = trace(setup, &view, (enum fv_variant)v);
             least[v] = k ? fmin(least[v], ns) : ns;
         }
     for (int v = FV_VARIANTS - 1; v >= (int)smallest && !fv_numerics_stopped(n); v--) {
+        if (!fv_variant_shows((enum fv_variant)v, setup->scene.features)) continue;
         struct fv_numeric_row *row =
             fv_numerics_add(n, "leaving out", fv_variants[v].name, "of radiance",
                             v == (int)smallest ? "what the plan chose" : "holds more than the scene");

@@ -266,6 +266,8 @@ static void choose_variant(struct fv_plan *p, const struct fv_scene *s)
         snprintf(what, sizeof what, "tracing, %s", row->name);
         if (v == (int)p->variant)
             fv_plan_add(p, "kernel", what, true, 0, "the smallest that shows all that the scene has");
+        else if (row->needs & ~s->features)
+            fv_plan_add(p, "kernel", what, false, 0, "shows scenes of %s alone", first_feature(row->needs));
         else if (s->features & ~row->features)
             fv_plan_add(p, "kernel", what, false, 0, "does not show the scene's %s",
                         first_feature(s->features & ~row->features));

@@ -18,7 +18,7 @@ enum {
     FV_FEATURES_EVERYTHING = FV_FEATURES_MOVING | FV_SCENE_FIELDS | FV_SCENE_MIXED
 };
 
-/* From least to most; FIELDS shows no triangles. */
+/* From least to most; FIELDS shows nothing but fields. */
 enum fv_variant {
     FV_VARIANT_PLAIN,
     FV_VARIANT_TEXTURED,
@@ -33,8 +33,11 @@ enum fv_variant {
 struct fv_variant_row {
     const char *name;
     uint32_t features; /* enum fv_scene_features that it can show */
+    uint32_t needs;    /* that a scene must have, since there is no code for others */
 };
 extern const struct fv_variant_row fv_variants[FV_VARIANTS];
+
+bool fv_variant_shows(enum fv_variant variant, uint32_t features);
 
 /* The first that covers all of `features`. */
 enum fv_variant fv_variant_for(uint32_t features);

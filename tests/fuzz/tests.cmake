@@ -14,4 +14,5 @@ endfunction()
 
 fv_fuzz(tape sensors)
 fv_fuzz(gltf rt)
+fv_fuzz(field rt)
 fv_fuzz(decisions cli)

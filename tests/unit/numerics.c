@@ -63,7 +63,7 @@ static void the_whole_table(void **state)
     volatile int stopped = 1;
     assert_int_equal(fv_numerics_measure(&setup, row, &stopped), 0);
     rows = fv_numerics_measure(&setup, row, NULL);
-    assert_int_equal(rows, 2 + 27 + 12 + 2 * 20 + 2 * 10);
+    assert_int_equal(rows, 3 + 27 + 12 + 2 * 20 + 2 * 10);
     for (int i = 0; i < rows; i++) {
         const struct fv_numeric_row *r = &row[i];
         if (!(r->error_p50 >= 0 && r->error_p50 <= r->error_p95 && r->error_p95 <= 180) || !r->error_unit[0] ||
