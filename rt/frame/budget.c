@@ -163,16 +163,19 @@ void fv_budget_stage(struct fv_budget *b, struct fv_frame *f, int i, int done, s
 
 void fv_budget_end(struct fv_budget *b, struct fv_frame *f)
 {
-    int64_t reprojected = 0, marked = 0, failed = 0;
+    int64_t reprojected = 0, marked = 0, failed = 0, asked = 0, unanswered = 0;
     for (int w = 0; w < b->schedule.workers->count; w++) {
         reprojected += f->scratch[w].reprojected;
         marked += f->scratch[w].marked;
         failed += f->scratch[w].failed;
+        asked += f->scratch[w].asked;
+        unanswered += f->scratch[w].unanswered;
     }
     if (reprojected > 0) {
         f->marked_share = (float)marked / (float)reprojected;
         f->failed_share = (float)failed / (float)reprojected;
     }
+    if (asked > 0) f->unanswered_share = (float)unanswered / (float)asked;
     if (!b->deadline_ns) return;
     b->sample.cut = b->cut;
     b->lead = b->cut && b->sample.hurried ? fmin(1.25 * b->lead, 16) : b->lead - (b->lead - 1) / 64;

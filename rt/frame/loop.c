@@ -28,6 +28,7 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
     f->post_filter = (int)c->method_post_filter;
     f->cluster_shift = (int)c->method_cluster / 2;
     f->keep = strcmp(c->method_history, "keep") == 0;
+    f->support_refresh = (int)c->method_support_refresh;
     f->support_counts = strcmp(c->method_support_samples, "count") == 0;
     f->sharp = strcmp(c->method_history_filter, "cubic") == 0;
     for (int age = 0; age < 128; age++) {
@@ -139,6 +140,15 @@ static void record_counts(const struct fv_loop *loop, struct fv_frame_record *r)
     for (int e = 0; e < f->eyes; e++) memcpy(r->gaze_px[e], f->view[e].gaze_px, sizeof r->gaze_px[e]);
 }
 
+static void swap(struct fv_frame *f, int now, int history)
+{
+    for (int e = 0; e < f->eyes; e++) {
+        void *of_now = f->buffer[now][e];
+        f->buffer[now][e] = f->buffer[history][e];
+        f->buffer[history][e] = of_now;
+    }
+}
+
 /* What was this frame's becomes the history of the next. */
 static void swap_history(struct fv_loop *loop)
 {
@@ -147,12 +157,12 @@ static void swap_history(struct fv_loop *loop)
     memcpy(f->object_before, f->object, sizeof f->object_before);
     f->has_history = loop->plan->history;
     if (!f->has_history) return;
-    for (int e = 0; e < f->eyes; e++)
-        for (int b = FV_COLOUR; b < FV_HISTORY_COLOUR; b++) {
-            void *now = f->buffer[b][e];
-            f->buffer[b][e] = f->buffer[b + FV_HISTORY_COLOUR][e];
-            f->buffer[b + FV_HISTORY_COLOUR][e] = now;
-        }
+    f->spacing_before = f->spacing;
+    for (int b = FV_COLOUR; b < FV_HISTORY_COLOUR; b++) swap(f, b, b + FV_HISTORY_COLOUR);
+    if (f->support_refresh > 1) {
+        swap(f, FV_SUPPORT_DEPTH, FV_SUPPORT_HISTORY_DEPTH);
+        swap(f, FV_SUPPORT_SURFACE, FV_SUPPORT_HISTORY_SURFACE);
+    }
     for (int t = 0; t < f->tiles; t++) {
         uint8_t now = f->state[t].holds[0];
         f->state[t].holds[0] = f->state[t].holds[1];
@@ -186,7 +196,7 @@ static void take_latch(struct fv_loop *loop, const struct fv_pose *head, const d
     for (int w = 0; w < loop->workers->count; w++) {
         struct fv_worker_scratch *s = &f->scratch[w];
         memset(s->rays, 0, sizeof s->rays);
-        s->reprojected = s->marked = s->failed = 0;
+        s->reprojected = s->marked = s->failed = s->asked = s->unanswered = 0;
     }
 }
 
@@ -241,7 +251,7 @@ void fv_loop_restart(struct fv_loop *loop)
 {
     loop->frame.number = 0;
     loop->frame.has_history = false;
-    loop->frame.marked_share = loop->frame.failed_share = 0;
+    loop->frame.marked_share = loop->frame.failed_share = loop->frame.unanswered_share = 0;
     memset(loop->budget.schedule.waited, 0, (size_t)loop->frame.tiles);
     loop->head = (struct fv_pose){.rotation = {1, 0, 0, 0}};
 }

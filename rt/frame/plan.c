@@ -25,6 +25,8 @@ static const char *const buffer_names[FV_BUFFERS] = {
     [FV_SUPPORT_COLOUR] = "support colour",
     [FV_SUPPORT_DEPTH] = "support depth",
     [FV_SUPPORT_SURFACE] = "support surface",
+    [FV_SUPPORT_HISTORY_DEPTH] = "support history depth",
+    [FV_SUPPORT_HISTORY_SURFACE] = "support history surface",
     [FV_SELECTED] = "selected blocks",
     [FV_RESAMPLED] = "resampled blocks",
     [FV_PICTURE] = "picture",
@@ -65,8 +67,10 @@ static int64_t bytes_of(const struct fv_frame *f, enum fv_buffer buffer)
     int64_t pixels = f->stride * f->rows;
     switch (buffer) {
     case FV_SUPPORT_COLOUR:
-    case FV_SUPPORT_DEPTH: return 4 * pixels / (f->spacing * f->spacing);
-    case FV_SUPPORT_SURFACE: return pixels / (f->spacing * f->spacing);
+    case FV_SUPPORT_DEPTH:
+    case FV_SUPPORT_HISTORY_DEPTH: return 4 * pixels / (f->spacing * f->spacing);
+    case FV_SUPPORT_SURFACE:
+    case FV_SUPPORT_HISTORY_SURFACE: return pixels / (f->spacing * f->spacing);
     case FV_SELECTED:
     case FV_RESAMPLED: return 8 * (int64_t)f->tiles_x * f->tiles_y;
     case FV_COARSE_COLOUR:
@@ -93,6 +97,9 @@ static void choose_passes(struct fv_plan *p, const struct fv_config *config)
         read |= pass->reads;
         fv_plan_add(p, "pass", pass->name, true, 0, "a step of method %s", p->method->name);
     }
+    /* Nobody asks what nodes were where all are traced in every frame. */
+    if (config->method_support_refresh == 1)
+        p->buffers &= ~(FV_BIT(FV_SUPPORT_HISTORY_DEPTH) | FV_BIT(FV_SUPPORT_HISTORY_SURFACE));
     p->present = strcmp(config->display_sink, "none") != 0;
     if (p->present) p->buffers |= FV_BIT(FV_PICTURE);
     fv_plan_add(p, "pass", "present", p->present, 0,
@@ -154,7 +161,7 @@ static void choose_buffers(struct fv_plan *p, const struct fv_frame *f)
     int64_t of_one_eye = 0;
     char users[128];
     for (int b = 0; b < FV_BUFFERS; b++) {
-        bool kept = p->buffers & FV_BIT(b), swapped = b >= FV_HISTORY_COLOUR && b <= FV_COARSEST_HISTORY_CACHE;
+        bool kept = p->buffers & FV_BIT(b), swapped = strstr(buffer_names[b], "history") != NULL;
         int64_t bytes = bytes_of(f, (enum fv_buffer)b) * (COLOURS & FV_BIT(b) ? p->planes : 1);
         if (kept) of_one_eye += bytes;
         p->bytes[b] = kept ? f->eyes * bytes : 0;

@@ -54,7 +54,7 @@ enum fv_density fv_ring_density(const struct fv_frame *f, const struct fv_parame
 float fv_block_probability(const struct fv_frame *f, float p, int density, int spacing)
 {
     float pixels = (float)fv_density_pixels(density), share = pixels * p;
-    float support = f->support_counts ? pixels / (float)(spacing * spacing) : 0;
+    float support = f->support_counts ? pixels / (float)(spacing * spacing * f->support_refresh) : 0;
     if (share >= 1) return 1;
     return share > support ? (share - support) / (1 - support) : 0;
 }

@@ -40,6 +40,8 @@ enum fv_buffer {
     FV_SUPPORT_COLOUR, /* support image: one node in every cell of `spacing` pixels, at `node` of the cell */
     FV_SUPPORT_DEPTH,  /* support G-buffer */
     FV_SUPPORT_SURFACE, /* of the nodes, enum fv_surface, a byte each */
+    FV_SUPPORT_HISTORY_DEPTH, /* the frame before's: swapped with the two above */
+    FV_SUPPORT_HISTORY_SURFACE,
     FV_SELECTED,       /* mask of traced blocks, 64 bits a tile */
     FV_RESAMPLED,      /* of these, those that history was not good enough for */
     FV_PICTURE,        /* 8-bit picture for the display */
@@ -74,6 +76,7 @@ struct fv_worker_scratch {
     /* This frame's: */
     _Alignas(64) int64_t rays[FV_RAY_KINDS];
     int64_t reprojected, marked, failed; /* blocks: of reprojected tiles; of these marked, failed (pass/reproject.h) */
+    int64_t asked, unanswered;           /* support nodes that history was asked for; of these that it did not know */
 };
 
 /* How far from the gaze the picture lies: its pixels and its tiles (by their centres) in rings of one degree. */
@@ -111,6 +114,7 @@ struct fv_frame {
     bool has_history, overlay;
     bool keep;                   /* history is kept in the fovea and in resampled blocks too */
     bool support_counts;         /* support nodes are among the samples that the foveal function asks for */
+    int support_refresh;         /* frames in which each support node is traced once; 1: always */
     float epsilon_depth, epsilon_luminance;
     float resample;              /* how many times as often marked blocks are sampled */
     float density_deg[FV_DENSITIES]; /* eccentricities beyond which tiles may be as coarse */
@@ -140,6 +144,8 @@ struct fv_frame {
     struct fv_tile_state *state; /* of each tile; NULL: all are fine and nothing is reprojected */
     uint8_t *failed_blocks;      /* of each tile: how many failed (pass/reproject.h); NULL: nobody asks */
     float marked_share, failed_share; /* of the frame before's reprojected blocks */
+    float unanswered_share;           /* of support nodes that history was asked for in the newest frame that asked */
+    int spacing_before;               /* the frame before's */
     struct fv_worker_scratch *scratch;
 };
 

@@ -14,6 +14,8 @@ struct source {
     float width, height, scale; /* scale: its pixels a pixel of the raster */
     int32_t stride, last_row;
     int32_t moving;             /* FV_CACHE_MOVING or 0: of the pixels that count */
+    float epsilon;              /* relative depth difference that still is the same surface */
+    bool still;                 /* nothing moves: what is known holds */
 };
 
 /* Where a guess leads. */
@@ -26,17 +28,19 @@ struct place {
     vi cache;
 };
 
-static inline struct source source_of(const struct fv_raster *r, float scale, const struct fv_map *map, int32_t moving)
+/* Of what stands still. */
+static inline struct source source_of(const struct fv_reproject_tile *t, const struct fv_raster *r, float scale)
 {
-    return (struct source){.map = map,
-                           .moving = moving,
+    return (struct source){.map = &t->map,
                            .colour = r->history_colour,
                            .cache = r->history_cache,
                            .width = (float)r->width,
                            .height = (float)r->height,
                            .scale = scale,
                            .stride = (int32_t)r->stride,
-                           .last_row = r->height - 1};
+                           .last_row = r->height - 1,
+                           .epsilon = t->epsilon,
+                           .still = t->still};
 }
 
 /* The history's colour at a place: bilinear over the four pixels around it, across edges too. Taking only
@@ -109,6 +113,50 @@ static inline vi cache_at(const struct source *s, vi ix, vi iy, vi index, vi mas
     (void)ix, (void)iy, (void)mask;
 #endif
     return vi_gather(s->cache, index);
+}
+
+/* What a guess finds: `along` is what the map makes of a pixel at infinity, w its inverse depth. */
+static inline struct place look_up(const struct source *s, vf3 along, vf w)
+{
+    const float *m = s->map->t;
+    struct place p = {.w = w};
+    vf depth = along.z + m[2] * w;
+    vi ahead = depth > 1e-4f;
+    vf inverse = vf_reciprocal(vf_max(depth, vf_of(1e-4f))), scale = inverse * s->scale;
+    p.x = vf_clamp((along.x + m[0] * w) * scale, -8, 16384);
+    p.y = vf_clamp((along.y + m[1] * w) * scale, -8, 16384);
+    vi inside = ahead & (p.x >= 0.0f) & (p.x < s->width) & (p.y >= 0.0f) & (p.y < s->height);
+    vi ix = vi_from(p.x), iy = vi_from(p.y);
+    p.index = (iy * s->stride + ix) & inside;
+    p.cache = vi_select(inside, cache_at(s, ix, iy, p.index, inside), vi_of((int32_t)FV_CACHE_NONE));
+    p.history_w = cache_depth(p.cache);
+    vf expected = w * inverse;
+    vf nearer = vf_min(vf_max(p.history_w, expected), vf_of(FV_INVERSE_DEPTH_MAX));
+    /* Nor where there is none: nothing holds of what is no number. */
+    p.good = inside & (vf_abs(p.history_w - expected) <= s->epsilon * nearer) &
+             ((p.cache & FV_CACHE_MOVING) == s->moving);
+    p.good |= inside & (vi_of(-(int32_t)s->still) & (p.history_w >= 0.0f));
+    return p;
+}
+
+/* In this view, the inverse depth of what the history shows at a place. */
+static inline vf history_surface(const struct source *s, vf3 along, const struct place *p)
+{
+    vf scale = vf_max(1.0f - s->map->t[2] * p->history_w, vf_of(1e-3f));
+    return vf_clamp(p->history_w * along.z / scale, 0, FV_INVERSE_DEPTH_MAX);
+}
+
+/* Takes the guess where it holds and is nearer than what is there, or nothing good is. */
+static inline void prefer(struct place *best, const struct place *p)
+{
+    vi better = p->good & (~best->good | (p->w > best->w));
+    best->w = vf_select(better, p->w, best->w);
+    best->x = vf_select(better, p->x, best->x);
+    best->y = vf_select(better, p->y, best->y);
+    best->history_w = vf_select(better, p->history_w, best->history_w);
+    best->index = vi_select(better, p->index, best->index);
+    best->cache = vi_select(better, p->cache, best->cache);
+    best->good |= p->good;
 }
 
 static inline void pick_row(const struct window *w, const uint32_t *row, vi tap[4])

@@ -28,49 +28,6 @@ static inline vi table_mask(const int32_t t[NODES], vi index)
     return vi_table16((const uint32_t *)t, index);
 }
 
-static inline struct place look_up(const struct fv_reproject_tile *t, const struct source *s, vf3 along, vf w)
-{
-    const float *m = s->map->t;
-    struct place p = {.w = w};
-    vf depth = along.z + m[2] * w;
-    vi ahead = depth > 1e-4f;
-    vf inverse = vf_reciprocal(vf_max(depth, vf_of(1e-4f))), scale = inverse * s->scale;
-    p.x = vf_clamp((along.x + m[0] * w) * scale, -8, 16384);
-    p.y = vf_clamp((along.y + m[1] * w) * scale, -8, 16384);
-    vi inside = ahead & (p.x >= 0.0f) & (p.x < s->width) & (p.y >= 0.0f) & (p.y < s->height);
-    vi ix = vi_from(p.x), iy = vi_from(p.y);
-    p.index = (iy * s->stride + ix) & inside;
-    p.cache = vi_select(inside, cache_at(s, ix, iy, p.index, inside), vi_of((int32_t)FV_CACHE_NONE));
-    p.history_w = cache_depth(p.cache);
-    vf expected = w * inverse;
-    vf nearer = vf_min(vf_max(p.history_w, expected), vf_of(FV_INVERSE_DEPTH_MAX));
-    /* Nor where there is none: nothing holds of what is no number. */
-    p.good = inside & (vf_abs(p.history_w - expected) <= t->epsilon * nearer) &
-             ((p.cache & FV_CACHE_MOVING) == s->moving);
-    p.good |= inside & (vi_of(-(int32_t)t->still) & (p.history_w >= 0.0f));
-    return p;
-}
-
-/* In this view, the inverse depth of what the history shows at a place. */
-static inline vf history_surface(const struct source *s, vf3 along, const struct place *p)
-{
-    vf scale = vf_max(1.0f - s->map->t[2] * p->history_w, vf_of(1e-3f));
-    return vf_clamp(p->history_w * along.z / scale, 0, FV_INVERSE_DEPTH_MAX);
-}
-
-/* Takes the guess where it holds and is nearer than what is there, or nothing good is. */
-static inline void prefer(struct place *best, const struct place *p)
-{
-    vi better = p->good & (~best->good | (p->w > best->w));
-    best->w = vf_select(better, p->w, best->w);
-    best->x = vf_select(better, p->x, best->x);
-    best->y = vf_select(better, p->y, best->y);
-    best->history_w = vf_select(better, p->history_w, best->history_w);
-    best->index = vi_select(better, p->index, best->index);
-    best->cache = vi_select(better, p->cache, best->cache);
-    best->good |= p->good;
-}
-
 /* The colour at pixel coordinates of one of the support image's planes, bilinear. */
 static inline vf3 support_colour(const struct fv_reproject_tile *t, const uint32_t *colour, vf px, vf py)
 {
@@ -96,7 +53,7 @@ static void mark_changed(const struct fv_reproject_tile *t, const struct source 
             float py = (float)t->y0 + t->node[1] + (float)(y - 1) * t->spacing;
             vf3 along = {m[0][0] * px + (m[0][1] * py + m[0][2]), m[1][0] * px + (m[1][1] * py + m[1][2]),
                          m[2][0] * px + (m[2][1] * py + m[2][2])};
-            struct place p = look_up(t, s, along, vf_load(n->w[y] + x));
+            struct place p = look_up(s, along, vf_load(n->w[y] + x));
             vf low = vf_of(1), high = vf_of(0), now = vf_load(n->luminance[y] + x);
             for (int k = 0; k < 9; k++) {
                 vi column = vi_from(vf_clamp(p.x + (float)(k % 3 - 1), 0, s->width - 1.0f));
@@ -150,14 +107,14 @@ static inline void prefetch_below(const struct source *s, vi index)
 }
 
 /* Further guesses of the lanes that are at an edge or where the first one failed. */
-static __attribute__((noinline)) void try_others(const struct fv_reproject_tile *t, const struct source *s,
-                                                 const struct step *v, vi edge, struct place *best)
+static __attribute__((noinline)) void try_others(const struct source *s, const struct step *v, vi edge,
+                                                 struct place *best)
 {
     vf3 along = v->along;
     vf nearest = v->nearest, farthest = v->farthest;
-    struct place shown = look_up(t, s, along, history_surface(s, along, best));
-    struct place front = look_up(t, s, along, nearest), back = look_up(t, s, along, vf_max(farthest, vf_of(0)));
-    struct place front_shown = look_up(t, s, along, history_surface(s, along, &front));
+    struct place shown = look_up(s, along, history_surface(s, along, best));
+    struct place front = look_up(s, along, nearest), back = look_up(s, along, vf_max(farthest, vf_of(0)));
+    struct place front_shown = look_up(s, along, history_surface(s, along, &front));
     shown.good &= edge | ~best->good;
     front.good &= edge;
     front_shown.good &= edge;
@@ -171,9 +128,9 @@ static __attribute__((noinline)) void try_others(const struct fv_reproject_tile 
 /* The best guess; where it holds, w is the depth that it has here. */
 static inline struct place find(const struct fv_reproject_tile *t, const struct source *s, const struct step *v)
 {
-    struct place best = look_up(t, s, v->along, v->w);
+    struct place best = look_up(s, v->along, v->w);
     vi edge = (v->nearest - v->farthest > 4.0f * t->epsilon * v->nearest) | v->mixed;
-    if (vi_any(edge | ~best.good)) try_others(t, s, v, edge, &best);
+    if (vi_any(edge | ~best.good)) try_others(s, v, edge, &best);
     best.good &= v->here;
     best.w = vf_select((edge | vi_of(-(int32_t)t->still)) & best.good, history_surface(s, v->along, &best), best.w);
     return best;
@@ -372,7 +329,7 @@ static void count_blocks(struct fv_reproject_tile *t, struct blocks *b, int row)
 
 void reproject(struct fv_reproject_tile *t)
 {
-    struct source source[FV_DENSITIES] = {source_of(t->raster, 1, &t->map, 0)};
+    struct source source[FV_DENSITIES] = {source_of(t, t->raster, 1)};
     struct nodes nodes;
     struct cells cells = {0};
     struct blocks blocks = {.columns = t->raster->width - t->x0 >= FV_TILE ? ~0u : (1u << (t->raster->width - t->x0)) - 1};
@@ -380,7 +337,7 @@ void reproject(struct fv_reproject_tile *t)
     struct step v;
     int below = -1, layers = 0;
     for (int c = 0; c < t->coarsers; c++)
-        source[1 + c] = source_of(t->coarser[c], t->raster->scale / t->coarser[c]->scale, &t->map, 0);
+        source[1 + c] = source_of(t, t->coarser[c], t->raster->scale / t->coarser[c]->scale);
     t->failed = t->marked = 0;
     prefetch_first(t, source);
     take_nodes(t, &nodes);

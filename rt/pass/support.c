@@ -1,25 +1,31 @@
 /* support: the support image and G-buffer: one sample every few pixels of the whole picture, so
- * that every part of it is known a little in every frame (Weier et al. 2016, section 3). */
+ * that every part of it is known a little in every frame (Weier et al. 2016, section 3).
+ *
+ * Packets of nodes take turns to be traced, each once in method.support_refresh frames; in the others they take what
+ * history shows at their places, and only nodes that it does not know are traced. */
+#include "rt/pass/support.h"
+
 #include "rt/pass/cache.h"
-#include "rt/pass/pass.h"
+
+#include <math.h>
 
 /* A quarter of the rays to area lights and for ambient occlusion: nodes' light is interpolated where it is shown,
  * and elsewhere one sample among many. */
 enum { FEWER = 4 };
 
-/* Nodes of a tile: side x side, in packets of 4 x 4. At 16 pixels a tile has fewer than a packet: one
- * tile in four then takes its neighbours' to the right and below with its own. */
+/* The nodes of the tiles that one of them works at, of all of which it is the first: side x side, whole packets. */
 struct nodes {
     int side;
     int64_t stride, rows; /* of the support image */
     int64_t x0, y0;
 };
 
+/* Where nodes are asked for, those of 4 x 4 tiles, so that the few that are traced fill rays' packets. */
 static struct nodes nodes_of(const struct fv_frame *f, const struct fv_tile *tile)
 {
-    int group = f->spacing > 8 ? f->spacing / 8 : 1, side = FV_TILE * group / f->spacing;
+    int packet = f->spacing > 8 ? f->spacing / 8 : 1, group = f->support_refresh > 1 ? 4 : packet;
     bool first = tile->x0 / FV_TILE % group == 0 && tile->y0 / FV_TILE % group == 0;
-    return (struct nodes){.side = first ? side : 0,
+    return (struct nodes){.side = first ? FV_TILE * group / f->spacing : 0,
                           .stride = f->stride / f->spacing,
                           .rows = f->rows / f->spacing,
                           .x0 = tile->x0 / f->spacing,
@@ -29,9 +35,16 @@ static struct nodes nodes_of(const struct fv_frame *f, const struct fv_tile *til
 /* The i-th node, in its tile. */
 static void node_at(const struct nodes *n, int i, int *x, int *y)
 {
-    int packet = i / 16, across = n->side / 4;
-    *x = packet % across * 4 + i % 4;
-    *y = packet / across * 4 + i % 16 / 4;
+    int packet = i / 16, across = n->side / FV_PACKET;
+    *x = packet % across * FV_PACKET + i % FV_PACKET;
+    *y = packet / across * FV_PACKET + i % 16 / FV_PACKET;
+}
+
+static bool exists(const struct nodes *n, int i)
+{
+    int x, y;
+    node_at(n, i, &x, &y);
+    return n->x0 + x < n->stride && n->y0 + y < n->rows;
 }
 
 /* Colours are of f->planes. */
@@ -41,11 +54,105 @@ static void store(struct fv_frame *f, const struct fv_tile *tile, const struct n
     int x, y;
     uint32_t *planes = f->buffer[FV_SUPPORT_COLOUR][tile->eye];
     node_at(n, i, &x, &y);
-    if (n->x0 + x >= n->stride || n->y0 + y >= n->rows) return;
+    if (!exists(n, i)) return;
     int64_t node = (n->y0 + y) * n->stride + n->x0 + x;
     for (int p = 0; p < f->planes; p++) planes[p * f->support_plane + node] = colour[p];
     ((float *)f->buffer[FV_SUPPORT_DEPTH][tile->eye])[node] = inverse_depth;
     ((uint8_t *)f->buffer[FV_SUPPORT_SURFACE][tile->eye])[node] = (uint8_t)surface;
+}
+
+/* Whether it is the turn of the packet with that first node: in every row of packets one in so many, and not those
+ * of the row above. */
+static bool due(const struct fv_frame *f, int64_t x, int64_t y)
+{
+    int64_t refresh = f->support_refresh, turn = x / FV_PACKET + (refresh * 5 + 4) / 8 * (y / FV_PACKET);
+    return (turn + f->number) % refresh == 0;
+}
+
+/* Whether a moving object may be seen within `reach` pixels of a place. */
+static bool touched(const struct fv_frame *f, const struct fv_view *view, float x, float y, float reach)
+{
+    for (int i = 0; i < f->tracer->instances; i++) {
+        const float *ball = f->tracer->instance[i].ball;
+        float along = 0, length = 0, far = 0;
+        for (int k = 0; k < 3; k++) {
+            float to = ball[k] - view->origin[k], d = view->corner[k] + x * view->dx[k] + y * view->dy[k];
+            along += to * d, length += d * d, far += to * to;
+        }
+        if (ball[3] < 0) continue;
+        float cosine = along / fmaxf(sqrtf(length * far), 1e-30f), sine = ball[3] / fmaxf(sqrtf(far), 1e-30f);
+        if (!(sine < 1)) return true;
+        if (!(acosf(fminf(cosine, 1)) > asinf(sine) + fv_radius_deg(view, 2 * reach) * 0.0174533f)) return true;
+    }
+    return false;
+}
+
+static int64_t clamp(int64_t i, int64_t count)
+{
+    return i < 0 ? 0 : i >= count ? count - 1 : i;
+}
+
+/* The last frame's nodes around where those of the packet were, by how the surface in its middle moved; false where
+ * that leads nowhere. */
+static bool take_old(const struct fv_frame *f, int eye, const struct nodes *n, int64_t x0, int64_t y0,
+                     struct fv_support_packet *packet)
+{
+    const float *depth = f->buffer[FV_SUPPORT_HISTORY_DEPTH][eye];
+    const uint8_t *surface = f->buffer[FV_SUPPORT_HISTORY_SURFACE][eye];
+    int64_t columns = (f->width + f->spacing - 1) / f->spacing, rows = (f->height + f->spacing - 1) / f->spacing;
+    float half = 0.5f * FV_PACKET, spacing = (float)f->spacing, to[3];
+    float w = depth[clamp(y0 + FV_PACKET / 2, rows) * n->stride + clamp(x0 + FV_PACKET / 2, columns)];
+    fv_map_point(&f->map[eye], ((float)x0 + half) * spacing, ((float)y0 + half) * spacing, fmaxf(w, 0), to);
+    if (!(to[2] > 0.1f && fabsf(to[0]) < 16384 * to[2] && fabsf(to[1]) < 16384 * to[2])) return false;
+    int64_t left = lroundf(to[0] / to[2] / spacing - half) - FV_AROUND;
+    int64_t top = lroundf(to[1] / to[2] / spacing - half) - FV_AROUND;
+    bool inside = left >= 0 && left + FV_WINDOW <= columns && top >= 0 && top + FV_WINDOW <= rows;
+    for (int y = 0; y < FV_WINDOW; y++) {
+        float *to_depth = packet->old_depth + y * FV_WINDOW;
+        int32_t *to_surface = packet->old_surface + y * FV_WINDOW;
+        int64_t row = clamp(top + y, rows) * n->stride;
+        for (int x = 0; x < FV_WINDOW; x++) {
+            int64_t at = row + (inside ? left + x : clamp(left + x, columns));
+            to_depth[x] = depth[at];
+            to_surface[x] = surface[at];
+        }
+    }
+    return true;
+}
+
+/* Takes what history knows of the packet that begins at the i-th node; returns bits of the nodes that it does not. */
+static uint32_t ask(struct fv_frame *f, const struct fv_tile *tile, const struct nodes *n, int i)
+{
+    const struct fv_raster *raster[2] = {&f->raster[FV_COARSE][tile->eye], &f->raster[FV_COARSEST][tile->eye]};
+    struct fv_worker_scratch *s = &f->scratch[tile->worker];
+    struct fv_support_packet packet;
+    int x, y;
+    node_at(n, i, &x, &y);
+    float spacing = (float)f->spacing, reach = 0.5f * FV_PACKET * spacing;
+    float left = (float)(n->x0 + x) * spacing, top = (float)(n->y0 + y) * spacing;
+    if (!f->has_history || f->spacing != f->spacing_before || f->support_refresh == 1 ||
+        due(f, n->x0 + x, n->y0 + y) || touched(f, &f->view[tile->eye], left + reach, top + reach, reach) ||
+        !take_old(f, tile->eye, n, n->x0 + x, n->y0 + y, &packet))
+        return 0xffff;
+    packet.map = &f->map[tile->eye];
+    memcpy(packet.history, raster, sizeof raster);
+    packet.x = left + f->node[0] * spacing;
+    packet.y = top + f->node[1] * spacing;
+    packet.spacing = spacing;
+    packet.epsilon = f->epsilon_depth;
+    packet.still = f->still;
+    f->kernels->answer(&packet);
+    for (uint32_t known = packet.answered; known; known &= known - 1) {
+        int k = __builtin_ctz(known);
+        const struct fv_raster *r = raster[packet.by_second >> k & 1];
+        uint32_t colour[FV_PLANES];
+        for (int p = 0; p < f->planes; p++)
+            colour[p] = r->history_colour[p * r->plane + packet.pixel[k]] & FV_PIXEL_COLOUR;
+        store(f, tile, n, i + k, colour, packet.inverse_depth[k], packet.surface[k] | FV_SURFACE_OLD);
+    }
+    s->asked += FV_PACKET * FV_PACKET;
+    s->unanswered += FV_PACKET * FV_PACKET - __builtin_popcount(packet.answered);
+    return ~packet.answered & 0xffff;
 }
 
 static int run(struct fv_frame *f, const struct fv_tile *tile)
@@ -53,19 +160,24 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     struct fv_samples *samples = &s->samples;
     struct nodes nodes = nodes_of(f, tile);
-    samples->count = nodes.side * nodes.side;
-    if (samples->count == 0) return 0;
-    for (int i = 0; i < samples->count; i++) {
-        int x, y;
-        node_at(&nodes, i, &x, &y);
-        samples->x[i] = (float)tile->x0 + ((float)x + f->node[0]) * (float)f->spacing;
-        samples->y[i] = (float)tile->y0 + ((float)y + f->node[1]) * (float)f->spacing;
+    int16_t traced[FV_SAMPLES_MAX];
+    samples->count = 0;
+    for (int i = 0; i < nodes.side * nodes.side; i += FV_PACKET * FV_PACKET) {
+        if (!exists(&nodes, i)) continue;
+        for (uint32_t left = ask(f, tile, &nodes, i); left; left &= left - 1) {
+            int x, y, n = samples->count++;
+            traced[n] = (int16_t)(i + __builtin_ctz(left));
+            node_at(&nodes, traced[n], &x, &y);
+            samples->x[n] = (float)tile->x0 + ((float)x + f->node[0]) * (float)f->spacing;
+            samples->y[n] = (float)tile->y0 + ((float)y + f->node[1]) * (float)f->spacing;
+        }
     }
+    if (samples->count == 0) return 0;
     fv_samples_trace(f, tile, FEWER);
     for (int i = 0; i < samples->count; i++) {
         uint32_t colour[FV_PLANES] = {s->pixel[FV_PLANE_BASE][i], s->pixel[FV_PLANE_ALBEDO][i],
                                       s->pixel[FV_PLANE_LIGHT][i]};
-        store(f, tile, &nodes, i, colour, samples->inverse_depth[i], samples->surface[i]);
+        store(f, tile, &nodes, traced[i], colour, samples->inverse_depth[i], samples->surface[i]);
     }
     return samples->count;
 }
@@ -96,12 +208,16 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 static void expect(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings,
                    double units[2])
 {
+    double nodes = (double)f->eyes * (double)(f->stride / p->spacing) * (double)(f->rows / p->spacing);
+    double due = f->has_history && p->spacing == f->spacing_before ? 1.0 / f->support_refresh : 1;
     (void)rings;
-    units[0] = (double)f->eyes * (double)(f->stride / p->spacing) * (double)(f->rows / p->spacing);
+    units[0] = nodes * (due + (1 - due) * (double)f->unanswered_share);
 }
 
 const struct fv_pass fv_pass_support = {.name = "support",
-                                        .reads = FV_BIT(FV_COARSEST_HISTORY_COLOUR) | FV_BIT(FV_COARSEST_HISTORY_CACHE),
+                                        .reads = FV_BIT(FV_COARSE_HISTORY_COLOUR) | FV_BIT(FV_COARSE_HISTORY_CACHE) |
+                                                 FV_BIT(FV_COARSEST_HISTORY_COLOUR) | FV_BIT(FV_COARSEST_HISTORY_CACHE) |
+                                                 FV_BIT(FV_SUPPORT_HISTORY_DEPTH) | FV_BIT(FV_SUPPORT_HISTORY_SURFACE),
                                         .writes = FV_BIT(FV_SUPPORT_COLOUR) | FV_BIT(FV_SUPPORT_DEPTH) |
                                                   FV_BIT(FV_SUPPORT_SURFACE),
                                         .needs = FV_NEEDS_HISTORY,
