@@ -40,11 +40,14 @@ static void node_at(const struct nodes *n, int i, int *x, int *y)
     *y = packet / across * FV_PACKET + i % 16 / FV_PACKET;
 }
 
-static bool exists(const struct nodes *n, int i)
+/* Bits of the nodes of the packet that begins at the i-th one: at the end of the support image some are beyond it. */
+static uint32_t existing(const struct nodes *n, int i)
 {
     int x, y;
     node_at(n, i, &x, &y);
-    return n->x0 + x < n->stride && n->y0 + y < n->rows;
+    int64_t right = n->stride - (n->x0 + x), below = n->rows - (n->y0 + y);
+    uint32_t columns = right >= FV_PACKET ? 0x1111 * 15 : right > 0 ? 0x1111u * ((1u << right) - 1) : 0;
+    return below >= FV_PACKET ? columns : below > 0 ? columns & ((1u << FV_PACKET * below) - 1) : 0;
 }
 
 /* Colours are of f->planes. */
@@ -54,7 +57,6 @@ static void store(struct fv_frame *f, const struct fv_tile *tile, const struct n
     int x, y;
     uint32_t *planes = f->buffer[FV_SUPPORT_COLOUR][tile->eye];
     node_at(n, i, &x, &y);
-    if (!exists(n, i)) return;
     int64_t node = (n->y0 + y) * n->stride + n->x0 + x;
     for (int p = 0; p < f->planes; p++) planes[p * f->support_plane + node] = colour[p];
     ((float *)f->buffer[FV_SUPPORT_DEPTH][tile->eye])[node] = inverse_depth;
@@ -120,29 +122,26 @@ static bool take_old(const struct fv_frame *f, int eye, const struct nodes *n, i
     return true;
 }
 
-/* Takes what history knows of the packet that begins at the i-th node; returns bits of the nodes that it does not. */
-static uint32_t ask(struct fv_frame *f, const struct fv_tile *tile, const struct nodes *n, int i)
+/* Takes what history knows of these nodes of the packet that begins at the i-th one; returns those that it does not. */
+static uint32_t ask(struct fv_frame *f, const struct fv_tile *tile, const struct nodes *n, int i, uint32_t nodes)
 {
     const struct fv_raster *raster[2] = {&f->raster[FV_COARSE][tile->eye], &f->raster[FV_COARSEST][tile->eye]};
-    struct fv_worker_scratch *s = &f->scratch[tile->worker];
-    struct fv_support_packet packet;
+    float spacing = (float)f->spacing, reach = 0.5f * FV_PACKET * spacing;
     int x, y;
     node_at(n, i, &x, &y);
-    float spacing = (float)f->spacing, reach = 0.5f * FV_PACKET * spacing;
     float left = (float)(n->x0 + x) * spacing, top = (float)(n->y0 + y) * spacing;
-    if (!f->has_history || f->spacing != f->spacing_before || f->support_refresh == 1 ||
-        due(f, n->x0 + x, n->y0 + y) || touched(f, &f->view[tile->eye], left + reach, top + reach, reach) ||
+    struct fv_support_packet packet = {.map = &f->map[tile->eye],
+                                       .history = {raster[0], raster[1]},
+                                       .x = left + f->node[0] * spacing,
+                                       .y = top + f->node[1] * spacing,
+                                       .spacing = spacing,
+                                       .epsilon = f->epsilon_depth,
+                                       .still = f->still};
+    if (touched(f, &f->view[tile->eye], left + reach, top + reach, reach) ||
         !take_old(f, tile->eye, n, n->x0 + x, n->y0 + y, &packet))
-        return 0xffff;
-    packet.map = &f->map[tile->eye];
-    memcpy(packet.history, raster, sizeof raster);
-    packet.x = left + f->node[0] * spacing;
-    packet.y = top + f->node[1] * spacing;
-    packet.spacing = spacing;
-    packet.epsilon = f->epsilon_depth;
-    packet.still = f->still;
+        return nodes;
     f->kernels->answer(&packet);
-    for (uint32_t known = packet.answered; known; known &= known - 1) {
+    for (uint32_t known = packet.answered & nodes; known; known &= known - 1) {
         int k = __builtin_ctz(known);
         const struct fv_raster *r = raster[packet.by_second >> k & 1];
         uint32_t colour[FV_PLANES];
@@ -150,9 +149,21 @@ static uint32_t ask(struct fv_frame *f, const struct fv_tile *tile, const struct
             colour[p] = r->history_colour[p * r->plane + packet.pixel[k]] & FV_PIXEL_COLOUR;
         store(f, tile, n, i + k, colour, packet.inverse_depth[k], packet.surface[k] | FV_SURFACE_OLD);
     }
-    s->asked += FV_PACKET * FV_PACKET;
-    s->unanswered += FV_PACKET * FV_PACKET - __builtin_popcount(packet.answered);
-    return ~packet.answered & 0xffff;
+    return nodes & ~packet.answered;
+}
+
+/* Bits of the packet's nodes that are to be traced; the others are stored. */
+static uint32_t missing(struct fv_frame *f, const struct fv_tile *tile, const struct nodes *n, int i)
+{
+    struct fv_worker_scratch *s = &f->scratch[tile->worker];
+    uint32_t nodes = existing(n, i);
+    int x, y;
+    node_at(n, i, &x, &y);
+    if (!nodes || !f->has_history || f->spacing != f->spacing_before || due(f, n->x0 + x, n->y0 + y)) return nodes;
+    uint32_t left = ask(f, tile, n, i, nodes);
+    s->asked += __builtin_popcount(nodes);
+    s->unanswered += __builtin_popcount(left);
+    return left;
 }
 
 static int run(struct fv_frame *f, const struct fv_tile *tile)
@@ -163,8 +174,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     int16_t traced[FV_SAMPLES_MAX];
     samples->count = 0;
     for (int i = 0; i < nodes.side * nodes.side; i += FV_PACKET * FV_PACKET) {
-        if (!exists(&nodes, i)) continue;
-        for (uint32_t left = ask(f, tile, &nodes, i); left; left &= left - 1) {
+        for (uint32_t left = missing(f, tile, &nodes, i); left; left &= left - 1) {
             int x, y, n = samples->count++;
             traced[n] = (int16_t)(i + __builtin_ctz(left));
             node_at(&nodes, traced[n], &x, &y);
@@ -189,7 +199,8 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
     const struct fv_raster *coarse = &f->raster[FV_COARSEST][tile->eye];
     struct nodes nodes = nodes_of(f, tile);
     for (int i = 0; i < nodes.side * nodes.side; i++) {
-        int x, y;
+        int x, y, packet = i / (FV_PACKET * FV_PACKET) * (FV_PACKET * FV_PACKET);
+        if (!(existing(&nodes, packet) >> (i - packet) & 1)) continue;
         node_at(&nodes, i, &x, &y);
         int column = (int)(((float)(nodes.x0 + x) + f->node[0]) * (float)f->spacing) >> FV_COARSEST;
         int row = (int)(((float)(nodes.y0 + y) + f->node[1]) * (float)f->spacing) >> FV_COARSEST;

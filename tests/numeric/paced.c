@@ -70,8 +70,9 @@ static int work(int stage, int units, double unit_ns)
 
 static int support_tile(struct fv_frame *f, const struct fv_tile *tile)
 {
-    (void)tile;
-    return work(1, FV_TILE / f->spacing * (FV_TILE / f->spacing), plant_node_ns);
+    int side = FV_TILE / f->spacing;
+    bool due = !f->has_history || (tile->index + f->number) % f->support_refresh == 0;
+    return work(1, due ? side * side : 0, plant_node_ns);
 }
 
 static float eccentricity_deg(const struct fv_tile *tile)
