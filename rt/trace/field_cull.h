@@ -15,10 +15,12 @@ struct field_rays {
     vi mask;
 };
 
-/* Parts that the packet may meet, by where it first does: t in [enter, exit] of any of its rays. */
+/* Parts that the packet may meet, by where it first does: t in [enter, exit] of any of its rays, from `near` on for
+ * each (infinite where it does not at all). */
 struct field_kept {
     int count;
     struct {
+        vf near;
         int part;
         float enter, exit;
     } at[FV_FIELD_PARTS_MAX];
@@ -113,6 +115,7 @@ static inline void field_keep(const struct field_rays *r, const struct field_sla
     float enter = vf_least(vf_select(meets, near, inf)), exit = vf_most(vf_select(meets, far, -inf));
     int i = kept->count++;
     for (; i > 0 && kept->at[i - 1].enter > enter; i--) kept->at[i] = kept->at[i - 1];
+    kept->at[i].near = vf_select(meets, near, inf);
     kept->at[i].part = part;
     kept->at[i].enter = enter;
     kept->at[i].exit = exit;
@@ -139,6 +142,7 @@ static inline void field_keep_all(const struct fv_tracer *tracer, struct field_k
 {
     kept->count = tracer->data->fields.parts;
     for (int i = 0; i < kept->count; i++) {
+        kept->at[i].near = vf_of(-__builtin_inff());
         kept->at[i].part = i;
         kept->at[i].enter = -__builtin_inff();
         kept->at[i].exit = __builtin_inff();

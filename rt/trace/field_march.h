@@ -52,14 +52,14 @@ static __attribute__((noinline)) void field_march(const struct fv_tracer *tracer
     for (; field_reach(&w) && left > 0; left--) {
         vi part, back = vi_of(0);
         steps += __builtin_popcount(vi_bits(w.live));
-        vf d = field_nearest(&w, f, &part), step = vf_max(d, vf_of(0));
+        vf next, d = field_nearest(&w, f, &part, &next), step = vf_max(d, vf_of(0));
         if (tracer->stepping != FV_STEPPING_PLAIN) step = field_step(&s, step, tracer->stepping, &back);
         vi hit = w.live & ~back & (w.t <= r->far) & (d < w.t * threshold + FV_FIELD_HIT);
         out->hit |= hit;
         out->part = vi_select(hit, part, out->part);
         out->t = vf_select(hit, w.t, out->t);
         w.live &= ~hit;
-        vf t = vf_min(w.t + step * inverse, vf_of(field_next_enter(&w)));
+        vf t = vf_min(w.t + step * inverse, next);
         s.radius = vf_select(back, s.radius, vf_max(d, vf_of(0)));
         s.step = vf_select(back, vf_of(0), (t - w.t) * r->length);
         w.t = w.sure = t;

@@ -24,12 +24,12 @@ static void march_cones(const struct fv_tracer *tracer, const struct field_rays 
     for (; field_reach(&w) && left > 0; left--) {
         vi part;
         steps += __builtin_popcount(vi_bits(w.live));
-        vf radius = w.t * r->wide, clear = field_nearest(&w, f, &part) - radius - (w.t * r->length + 1.0f) * FV_FIELD_HIT;
+        vf next, radius = w.t * r->wide, clear = field_nearest(&w, f, &part, &next) - radius - (w.t * r->length + 1.0f) * FV_FIELD_HIT;
         vi stop = w.live & ~(clear > radius * share + FV_FIELD_HIT);
         stopped = vf_select(stop, w.t, stopped);
         done |= stop;
         w.live &= ~stop;
-        w.t = w.sure = vf_min(w.t + vf_max(clear, vf_of(0)) * inverse, vf_of(field_next_enter(&w)));
+        w.t = w.sure = vf_min(w.t + vf_max(clear, vf_of(0)) * inverse, next);
     }
     rays[FV_RAY_MARCH_STEPS] += steps;
     stopped = vf_select(left == 0 ? w.live & ~done : vi_of(0), w.t, stopped);

@@ -57,21 +57,27 @@ static inline bool field_reach(struct field_way *w)
     return vi_any(w->live);
 }
 
-/* The fields at the packet's points, and the nearest part of each; parts that all rays have left behind go. */
-static inline vf field_nearest(struct field_way *w, const struct fv_fields *f, vi *part)
+/* The fields at the packet's points, of parts that each ray has come to, and the nearest of these; `next`: where a
+ * ray comes to another one. Parts that all rays have left behind go. */
+static inline vf field_nearest(struct field_way *w, const struct fv_fields *f, vi *part, vf *next)
 {
     vf best = vf_of(1e30f);
     vf3 p = vf3_add(w->rays->origin, vf3_scale(w->rays->direction, w->t));
+    *next = vf_of(field_next_enter(w));
     *part = vi_of(0);
     for (int i = 0; i < w->active; i++) {
         int k = w->now[i], id = w->kept.at[k].part;
+        vf near = w->kept.at[k].near;
+        vi there = w->t >= near;
         if (!vi_any(w->live & (w->sure <= w->kept.at[k].exit))) {
             w->now[i--] = w->now[--w->active];
             continue;
         }
+        *next = vf_select(there, *next, vf_min(near, *next));
+        if (!vi_any(w->live & there)) continue;
         vf d = field_part(f->code + f->part[id].first, f->part[id].count, p);
-        vi nearer = d < best;
-        best = vf_min(d, best);
+        vi nearer = there & (d < best);
+        best = vf_select(nearer, d, best);
         *part = vi_select(nearer, vi_of(id), *part);
     }
     return best;
