@@ -11,6 +11,10 @@ static const struct {
     {"cornell-reproject", "--set scene.name=cornell --set method.name=reproject"},
     {"atrium-full", "--set scene.name=atrium --set method.name=full"},
     {"atrium-reproject", "--set scene.name=atrium --set method.name=reproject --set fovea.inner_deg=8 --set fovea.outer_deg=16"},
+    {"primitives-full", "--set scene.name=primitives --set method.name=full"},
+    {"columns-full", "--set scene.name=columns --set method.name=full"},
+    {"columns-reproject", "--set scene.name=columns --set method.name=reproject"},
+    {"temple-full", "--set scene.name=temple --set method.name=full"},
 };
 static const char *const isas[] = {"base", "avx2", "avx512"};
 
@@ -60,7 +64,7 @@ static void same_bytes(const char *a, const char *b)
 static void threads_and_tapes_change_nothing(void **state)
 {
     (void)state;
-    for (unsigned c = 1; c < 4; c += 2) {
+    for (unsigned c = 1; c < 8; c += c < 3 ? 2 : 3) {
         render(cases[c].settings, "auto", "one", 1);
         render(cases[c].settings, "auto", "two", 2);
         same_bytes("one", "two");

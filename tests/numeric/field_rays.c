@@ -14,15 +14,23 @@ static int64_t rays[FV_RAY_KINDS];
 
 #define M "material a diffuse 0.5 0.5 0.5\n"
 
+static bool opened;
+
+static int close_scene(void **state)
+{
+    (void)state;
+    if (opened) fv_tracer_close(&small.tracer);
+    opened = false;
+    return 0;
+}
+
 /* The arena is as before with the next scene. */
 static void open_scene(const char *text, const char *more)
 {
     static size_t used;
     char set[4][256], path[128];
-    if (used) {
-        fv_tracer_close(&small.tracer);
-        fv_arena()->used = used;
-    }
+    close_scene(NULL);
+    if (used) fv_arena()->used = used;
     used = fv_arena()->used;
     program_write("scene.field", text, strlen(text));
     snprintf(path, sizeof path, "scene.fields=%s/scene.field", program_folder());
@@ -33,6 +41,7 @@ static void open_scene(const char *text, const char *more)
     if (fv_config_load(&small.config, &request, &error) || fv_scene_load(&small.scene, &small.config, &error) ||
         fv_tracer_open(&small.tracer, &small.scene, &small.config, &error))
         fail_msg("%s", error.text);
+    opened = true;
 }
 
 static struct fv_view look(double x, double y, double z, double half_deg)
@@ -152,16 +161,15 @@ static void limit_of_steps(void **state)
 static void open_builtin(const char *name, const char *set)
 {
     static char scene[64];
-    static bool opened;
     struct fv_error error;
-    if (opened) fv_tracer_close(&small.tracer);
-    opened = true;
+    close_scene(NULL);
     snprintf(scene, sizeof scene, "scene.name=%s", name);
     struct fv_config_request request = {.sets = 2, .set = {scene, set}};
     memset(&small, 0, sizeof small);
     if (fv_config_load(&small.config, &request, &error) || fv_scene_load(&small.scene, &small.config, &error) ||
         fv_tracer_open(&small.tracer, &small.scene, &small.config, &error))
         fail_msg("%s", error.text);
+    opened = true;
 }
 
 static const struct {
@@ -310,8 +318,8 @@ static void shadows(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(scales), cmocka_unit_test(at_the_limits), cmocka_unit_test(limit_of_steps),
-                                       cmocka_unit_test(beside_triangles), cmocka_unit_test(shadows), cmocka_unit_test(nothing_changes),
-                                       cmocka_unit_test(starts)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test_teardown(scales, close_scene), cmocka_unit_test_teardown(at_the_limits, close_scene), cmocka_unit_test_teardown(limit_of_steps, close_scene),
+                                       cmocka_unit_test_teardown(beside_triangles, close_scene), cmocka_unit_test_teardown(shadows, close_scene), cmocka_unit_test_teardown(nothing_changes, close_scene),
+                                       cmocka_unit_test_teardown(starts, close_scene)};
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }
