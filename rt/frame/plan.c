@@ -223,7 +223,7 @@ static const struct {
      "no area light"},
     {FV_SCENE_SUN, "sun", "the scene or scene.sun has one", "no sun"},
     {FV_SCENE_FIELDS, "fields", "scene.fields names some: rays are marched through them", "scene.fields is empty: no ray is marched"},
-    {FV_SCENE_MIXED, "fields beside meshes", "the scene has triangles and fields: the nearer hit counts",
+    {FV_SCENE_MIXED, "meshes beside fields", "the scene has triangles and fields: the nearer hit counts",
      "the scene has not both triangles and fields"},
     {FV_SCENE_MOVING, "moving objects", "scene.moving has some: each ray is tried against each one's ball",
      "scene.moving is empty: one acceleration structure, no motion but the viewer's"},

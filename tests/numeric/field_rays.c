@@ -316,10 +316,38 @@ static void shadows(void **state)
     }
 }
 
+/* A light on its way shows what one shows that stands where it is. */
+static void lights_that_move(void **state)
+{
+    (void)state;
+    static const char ball[] = M "solid a: plane(0, 1, 0, 0)\nsolid a: translate(0, 1, -3, sphere(0.5))";
+    struct fv_view view = look(0, 1.5, 2, 30);
+    for (int isa = 0; isa <= (int)fv_cpu_isa(); isa++)
+        for (int second = 0; second < 3; second++) {
+            char lights[256];
+            struct fv_pose pose;
+            open_scene(ball, "scene.moving=light 90 60 30 at -4 3 -1 0 at 0 5 0 0 at 4 3 -1 0 in 2");
+            assert_int_equal(small.scene.lights, 2);
+            assert_int_equal(small.scene.object[0].light, 1);
+            fv_moving_pose(&small.scene.object[0].moving, second * 1000000000LL, &pose);
+            fv_tracer_move(&small.tracer, &pose);
+            trace(isa, &view, &samples);
+            snprintf(lights, sizeof lights, "scene.point_lights=0 30 0 900 900 900, %.9g %.9g %.9g 90 60 30", pose.position_m[0],
+                     pose.position_m[1], pose.position_m[2]);
+            open_scene(ball, lights);
+            assert_int_equal(small.scene.lights, 2);
+            trace(isa, &view, &other);
+            int off = 0; /* at the shadow's edge */
+            for (int i = 0; i < GRID; i++)
+                off += fabsf(samples.red[i] - other.red[i]) > 1e-4f * other.red[i] || fabsf(samples.blue[i] - other.blue[i]) > 1e-4f * other.blue[i];
+            assert_true(off <= 4);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test_teardown(scales, close_scene), cmocka_unit_test_teardown(at_the_limits, close_scene), cmocka_unit_test_teardown(limit_of_steps, close_scene),
                                        cmocka_unit_test_teardown(beside_triangles, close_scene), cmocka_unit_test_teardown(shadows, close_scene), cmocka_unit_test_teardown(nothing_changes, close_scene),
-                                       cmocka_unit_test_teardown(starts, close_scene)};
+                                       cmocka_unit_test_teardown(starts, close_scene), cmocka_unit_test_teardown(lights_that_move, close_scene)};
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }
