@@ -1,7 +1,6 @@
 /* fields: what fields evaluate to against an oracle in double (tests/support/field_oracle.h), on every instruction
  * set: primitives and random solids; that no ball of a field's value reaches a surface; that bounds hold what they
  * should; and the built-in scenes. */
-#include "platform/arena.h"
 #include "platform/cpu.h"
 #include "config/config.h"
 #include "rt/scene/build.h"
@@ -25,14 +24,10 @@ static fv_field_probe *probe_of(int isa)
     return isa <= (int)fv_cpu_isa() ? probes[isa] : NULL;
 }
 
-/* The arena is as before with the next one. */
 static struct fv_fields read_text(const char *text)
 {
-    static size_t used;
     struct fv_fields fields;
     struct fv_error error;
-    if (used) fv_arena()->used = used;
-    used = fv_arena()->used;
     struct fv_build *build = fv_build_create("test");
     if (fv_fields_read(&fields, build, text, strlen(text), "test.field", 1, &error)) fail_msg("%s\n%s", error.text, text);
     fv_build_destroy(build);
