@@ -27,6 +27,11 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
     f->light_divisor = (int)c->method_light_divisor;
     f->post_filter = (int)c->method_post_filter;
     f->cluster_shift = (int)c->method_cluster / 2;
+    f->pyramid = (struct fv_pyramid){.foveated = strcmp(c->method_foveation, "on") == 0,
+                                     .minimum = strcmp(c->method_starts, "minimum") == 0,
+                                     .blur = strcmp(c->method_blur, "on") == 0,
+                                     .edge = (float)c->method_edge,
+                                     .lowest_deg = (float)c->method_lowest_deg};
     f->keep = strcmp(c->method_history, "keep") == 0;
     f->support_refresh = (int)c->method_support_refresh;
     f->support_counts = strcmp(c->method_support_samples, "count") == 0;
@@ -49,7 +54,7 @@ static float sequence(int64_t frame, uint32_t step)
  * sequences: square roots of 2 and 3; Roberts' R2). */
 static void set_jitter(struct fv_frame *f, const struct fv_config *c)
 {
-    bool can = f->state && strcmp(c->method_jitter, "off") != 0;
+    bool can = f->keeps_history && strcmp(c->method_jitter, "off") != 0;
     bool on = can && (f->still || strcmp(c->method_jitter, "on") == 0);
     f->jitter[0] = on ? sequence(f->number, 1779033704u) - 0.5f : 0;
     f->jitter[1] = on ? sequence(f->number, 3144134277u) - 0.5f : 0;
@@ -74,6 +79,7 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
     set_method(f, config);
     f->overlay = strcmp(config->output_overlay, "on") == 0;
     f->tracer = tracer;
+    f->keeps_history = plan->history;
     f->kernels = fv_kernels_for(tracer->isa, plan->variant);
     fv_plan_take(plan, f, workers->count);
     loop->trace = fv_trace_create(workers->count);
@@ -251,6 +257,8 @@ void fv_loop_restart(struct fv_loop *loop)
 {
     loop->frame.number = 0;
     loop->frame.has_history = false;
+    for (int t = 0; t < loop->frame.tiles && loop->frame.state && !loop->plan->history; t++)
+        loop->frame.state[t].holds[0] = 0;
     loop->frame.marked_share = loop->frame.failed_share = loop->frame.unanswered_share = 0;
     memset(loop->budget.schedule.waited, 0, (size_t)loop->frame.tiles);
     loop->head = (struct fv_pose){.rotation = {1, 0, 0, 0}};

@@ -29,6 +29,8 @@ static const char *const buffer_names[FV_BUFFERS] = {
     [FV_SUPPORT_HISTORY_SURFACE] = "support history surface",
     [FV_SELECTED] = "selected blocks",
     [FV_RESAMPLED] = "resampled blocks",
+    [FV_MASKED] = "masked blocks",
+    [FV_STARTS] = "starts",
     [FV_PICTURE] = "picture",
 };
 
@@ -71,7 +73,9 @@ static int64_t bytes_of(const struct fv_frame *f, enum fv_buffer buffer)
     case FV_SUPPORT_HISTORY_DEPTH: return 4 * pixels / (f->spacing * f->spacing);
     case FV_SUPPORT_SURFACE:
     case FV_SUPPORT_HISTORY_SURFACE: return pixels / (f->spacing * f->spacing);
+    case FV_STARTS: return 4 * pixels / (FV_BLOCK * FV_BLOCK);
     case FV_SELECTED:
+    case FV_MASKED:
     case FV_RESAMPLED: return 8 * (int64_t)f->tiles_x * f->tiles_y;
     case FV_COARSE_COLOUR:
     case FV_COARSE_CACHE:
@@ -351,16 +355,17 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
         if (!(p->buffers & FV_BIT(b))) continue;
         char *bytes = fv_arena_take(fv_arena(), buffer_names[b], (size_t)p->bytes[b], 4096);
         f->buffer[b][0] = bytes;
-        if (f->eyes == 2 && b != FV_SELECTED && b != FV_RESAMPLED) f->buffer[b][1] = bytes + p->bytes[b] / 2;
+        if (f->eyes == 2 && b != FV_SELECTED && b != FV_RESAMPLED && b != FV_MASKED) f->buffer[b][1] = bytes + p->bytes[b] / 2;
     }
     f->planes = p->planes;
     f->support_plane = f->stride / f->spacing * (f->rows / f->spacing);
     f->scratch = fv_arena_take(fv_arena(), "worker scratch", (size_t)workers * sizeof *f->scratch, 64);
     f->noise = p->noise ? fv_noise() : NULL;
-    if (!p->history) return;
+    if (!p->history && !(p->needs & FV_NEEDS_DENSITIES)) return;
     f->state = fv_arena_take(fv_arena(), "tiles", (size_t)f->tiles * sizeof *f->state, 64);
-    /* Nothing is history yet, wherever a tile turns out coarse. */
-    for (int t = 0; t < f->tiles; t++) f->state[t] = (struct fv_tile_state){.holds = {FV_HELD_ALL, FV_HELD_ALL}};
+    /* Nothing is history yet, wherever a tile turns out coarse; and without history nothing is held. */
+    uint8_t holds = p->history ? FV_HELD_ALL : 0;
+    for (int t = 0; t < f->tiles; t++) f->state[t] = (struct fv_tile_state){.holds = {holds, holds}};
 }
 
 void fv_plan_report(const struct fv_plan *p, struct fv_session *session)

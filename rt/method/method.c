@@ -41,6 +41,35 @@ static void reproject_parameters(const struct fv_config *config, int level, stru
     *out = (struct fv_parameters){.foveal = f, .spp = 1, .spacing = spacing};
 }
 
+/* As for reproject; the settings' radii, factor, refresh and samples, and from there to the least. */
+static const struct {
+    float radius, p_scale; /* factors */
+    int refresh, ssaa;     /* refresh: times as long; ssaa: a part of */
+} pyramid_levels[] = {{2, 2, 1, 1}, {1, 1, 1, 1}, {1, 1, 2, 1}, {1, 0.5f, 2, 4}, {0.7f, 0.5f, 4, 4}, {0.5f, 0, 4, 16}};
+enum { PYRAMID_LEVELS = 1 + sizeof pyramid_levels / sizeof pyramid_levels[0] };
+
+static void pyramid_parameters(const struct fv_config *config, int level, struct fv_parameters *out)
+{
+    *out = (struct fv_parameters){
+        .foveal = {(float)config->fovea_inner_deg, (float)config->fovea_outer_deg, 0},
+        .spp = (int)config->method_ssaa,
+        .spp_middle = (int)config->method_ssaa_middle,
+        .spacing = (int)config->method_support,
+        .p_scale = (float)config->method_p_scale,
+        .refresh = (int)config->method_refresh,
+    };
+    if (level == 0) return;
+    struct fv_foveal *f = &out->foveal;
+    float floor_deg = f->r0_deg < FV_FOVEA_DEG ? f->r0_deg : FV_FOVEA_DEG;
+    f->r0_deg *= pyramid_levels[level - 1].radius;
+    if (f->r0_deg < floor_deg) f->r0_deg = floor_deg;
+    if (f->r1_deg < f->r0_deg) f->r1_deg = f->r0_deg;
+    out->p_scale *= pyramid_levels[level - 1].p_scale;
+    out->refresh *= pyramid_levels[level - 1].refresh;
+    out->spp = (out->spp + pyramid_levels[level - 1].ssaa - 1) / pyramid_levels[level - 1].ssaa;
+    out->spp_middle = (out->spp_middle + pyramid_levels[level - 1].ssaa - 1) / pyramid_levels[level - 1].ssaa;
+}
+
 static const struct fv_method table[] = {
     {"full",
      "every pixel, method.spp samples each: the baseline and, at many samples, the reference",
@@ -54,6 +83,12 @@ static const struct fv_method table[] = {
      REPROJECT_LEVELS,
      REPROJECT_LEVELS,
      reproject_parameters},
+    {"pyramid",
+     "sphere tracing of fields by an inverted pyramid of resolutions (Polychronakis et al. 2023)",
+     {&fv_pass_march, &fv_pass_mask, &fv_pass_trace, &fv_pass_compose},
+     PYRAMID_LEVELS,
+     PYRAMID_LEVELS,
+     pyramid_parameters},
 };
 
 const struct fv_method *fv_method_at(int n)

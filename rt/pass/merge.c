@@ -163,7 +163,7 @@ static void border(struct fv_frame *f, const struct fv_tile *tile, int density, 
     }
 }
 
-static void borders(struct fv_frame *f, const struct fv_tile *tile)
+void fv_merge_borders(struct fv_frame *f, const struct fv_tile *tile)
 {
     int column = tile->x0 / FV_TILE, row = tile->y0 / FV_TILE;
     for (int dy = -1; dy <= 1; dy++)
@@ -195,6 +195,7 @@ static void halve(struct fv_frame *f, const struct fv_tile *tile, int density)
         int64_t to = (int64_t)(y0 + y) * coarse->stride + x0, from = (int64_t)(y0 + y) * 2 * dense->stride + 2 * x0;
         f->kernels->halve(dense->colour + from, dense->colour + from + dense->stride, coarse->colour + to, half);
         if (fv_light_apart(f)) halve_apart(f, dense, from, coarse, to, half);
+        if (!dense->cache) continue;
         const uint32_t *cache = dense->cache + from;
         if (f->tracer->instances > 0)
             for (int x = 0; x < half; x++) coarse->cache[to + x] = coarse_cache(cache + 2 * x, cache + dense->stride + 2 * x);
@@ -206,6 +207,11 @@ static void halve(struct fv_frame *f, const struct fv_tile *tile, int density)
 void fv_merge_coarse(struct fv_frame *f, const struct fv_tile *tile)
 {
     if (!f->raster[FV_COARSEST][tile->eye].colour) return;
-    borders(f, tile);
-    for (int d = tile->density; d + 1 < FV_DENSITIES; d++) halve(f, tile, d);
+    fv_merge_borders(f, tile);
+    fv_merge_halve(f, tile, tile->density);
+}
+
+void fv_merge_halve(struct fv_frame *f, const struct fv_tile *tile, int density)
+{
+    for (int d = density; d + 1 < FV_DENSITIES; d++) halve(f, tile, d);
 }

@@ -39,4 +39,10 @@ void fv_merge_filter(struct fv_frame *frame, const struct fv_tile *tile, uint64_
  * these tiles' history is interpolated with. */
 void fv_merge_coarse(struct fv_frame *frame, const struct fv_tile *tile);
 
+/* The borders alone. */
+void fv_merge_borders(struct fv_frame *frame, const struct fv_tile *tile);
+
+/* What the raster of that density shows of the tile, into the coarser ones. */
+void fv_merge_halve(struct fv_frame *frame, const struct fv_tile *tile, int density);
+
 #endif

@@ -44,6 +44,8 @@ enum fv_buffer {
     FV_SUPPORT_HISTORY_SURFACE,
     FV_SELECTED,       /* mask of traced blocks, 64 bits a tile */
     FV_RESAMPLED,      /* of these, those that history was not good enough for */
+    FV_MASKED,         /* mask of blocks that are traced at the pyramid's highest level, 64 bits a tile */
+    FV_STARTS,         /* of each 4 x 4 pixels, where rays through fields begin (pass/pyramid.h), float */
     FV_PICTURE,        /* 8-bit picture for the display */
     FV_BUFFERS
 };
@@ -59,11 +61,23 @@ enum fv_buffer {
 #define FV_PIXEL_SAMPLED (1u << 30) /* traced in this frame */
 #define FV_PIXEL_FILLED (1u << 31)  /* no history arrived: taken from the support image */
 
+/* Settings of the method pyramid (pass/pyramid.h). */
+struct fv_pyramid {
+    bool foveated;    /* else every pixel is traced, from its start */
+    bool minimum;     /* starts are the least of 3 x 3 distances, not those of cones */
+    bool blur;        /* across the mask's edge */
+    float edge;       /* relative step of distance that is an edge */
+    float lowest_deg; /* eccentricity beyond which colour comes from the lowest level */
+};
+
 /* What a method's quality level sets. */
 struct fv_parameters {
     struct fv_foveal foveal;
     int spp;
     int spacing; /* pixels between support nodes: 4, 8 or 16, not fewer than method.support */
+    /* Of the method pyramid (pass/pyramid.h): */
+    float p_scale;      /* factor on the probability of edges */
+    int refresh, spp_middle;
 };
 
 struct fv_worker_scratch {
@@ -111,7 +125,7 @@ struct fv_frame {
     int tiles_x, tiles_y, tiles; /* tiles: of all eyes */
     int64_t stride, rows;        /* of the pixel buffers: whole tiles */
     int spacing;                 /* the parameters'; stride / spacing nodes a row */
-    bool has_history, overlay;
+    bool keeps_history, has_history, overlay;
     bool keep;                   /* history is kept in the fovea and in resampled blocks too */
     bool support_counts;         /* support nodes are among the samples that the foveal function asks for */
     int support_refresh;         /* frames in which each support node is traced once; 1: always */
@@ -136,6 +150,7 @@ struct fv_frame {
     /* Where the moving objects are, and were a frame before: [0] is object 1 (struct fv_object). */
     struct fv_pose object[FV_MOVING_MAX], object_before[FV_MOVING_MAX];
     struct fv_map object_map[2][FV_MOVING_MAX + 1]; /* of what is fixed to each object; [0]: as map */
+    struct fv_pyramid pyramid;
     const struct fv_tracer *tracer;
     const struct fv_kernels *kernels;
     const float *noise;          /* fv_noise(), NULL where no pass needs it */
@@ -162,7 +177,8 @@ struct fv_tile {
 enum fv_needs {
     FV_NEEDS_GAZE = 1, /* where the eye looks */
     FV_NEEDS_NOISE = 2, /* the blue-noise mask */
-    FV_NEEDS_HISTORY = 4 /* its stand-in does: where there is none, nothing is left out */
+    FV_NEEDS_HISTORY = 4, /* its stand-in does: where there is none, nothing is left out */
+    FV_NEEDS_DENSITIES = 8 /* it chooses tiles' densities (struct fv_tile_state) */
 };
 
 /* Which tiles come first. */
@@ -189,7 +205,7 @@ struct fv_pass {
 };
 
 extern const struct fv_pass fv_pass_sample_all, fv_pass_support, fv_pass_select, fv_pass_reproject,
-    fv_pass_sample, fv_pass_present;
+    fv_pass_sample, fv_pass_march, fv_pass_mask, fv_pass_trace, fv_pass_compose, fv_pass_present;
 
 /* The tile of that number. */
 struct fv_tile fv_tile_at(const struct fv_frame *frame, int index, int worker);
@@ -277,6 +293,11 @@ static inline bool fv_light_apart(const struct fv_frame *frame)
 /* Traces and encodes the worker's samples, into scratch->samples and scratch->pixel. `fewer`: as in struct
  * fv_samples. */
 void fv_samples_trace(struct fv_frame *frame, const struct fv_tile *tile, int fewer);
+
+/* Traces and encodes the mean of spp samples of each pixel that the worker's samples stand in. One goes through the
+ * pixel's centre; more are spread over sqrt(spp) x sqrt(spp) strata (spp that is no square: a rank-1 lattice), the
+ * same for every pixel, so that packets stay coherent. */
+void fv_samples_trace_mean(struct fv_frame *frame, const struct fv_tile *tile, int spp);
 
 /* Places and traces them. */
 void fv_tile_trace(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);

@@ -1,0 +1,41 @@
+/* pyramid: foveated sphere tracing of fields by an inverted pyramid (Polychronakis et al. 2023).
+ *
+ * Three levels: lowest, one value in 4 x 4 pixels; middle, one in 2 x 2; highest, the picture's own. They are the
+ * engine's rasters FV_COARSEST, FV_COARSE and FV_FINE.
+ *
+ *   march    pass 1: of each 4 x 4 pixels, where rays in it may begin: FV_STARTS, by the ray parameter, infinite
+ *            where there is nothing. By cones, of 8 x 8 and then 4 x 4 pixels, so that no start lies behind a
+ *            surface; or, as in the paper, the distance of the ray through the middle (method.starts), of which
+ *            rays take the least of 3 x 3.
+ *   mask     passes 2 and 3: Sobel's operator on the starts tells edges; blocks of 4 x 4 pixels are masked, to be
+ *            traced at the highest level: all within fovea.inner_deg of the gaze, none beyond fovea.outer_deg, edges
+ *            between with the probability p = 0.90964 exp(-e / 2.9661) + 0.00792, e in degrees. (The paper prints
+ *            the exponent without its minus.) Tiles without any are kept at the middle level, or, beyond
+ *            method.lowest_deg, at the lowest one.
+ *   trace    pass 4: masked blocks at the highest level, method.ssaa samples each; of the others the middle or the
+ *            lowest level, in one of `refresh` frames.
+ *   compose  pass 4 and 5: in tiles with masked blocks, the others from the middle level, interpolated; a Gaussian
+ *            blur of pixels along the mask's edge where method.blur is on.
+ *
+ * Without foveation (method.foveation = off; IPR) every block is masked. */
+#ifndef FV_PASS_PYRAMID_H
+#define FV_PASS_PYRAMID_H
+
+#include "rt/pass/pass.h"
+
+/* Elements of FV_STARTS in a row. */
+static inline int64_t fv_starts_stride(const struct fv_frame *frame)
+{
+    return frame->stride / FV_BLOCK;
+}
+
+/* Where rays of the block begin; x, y: blocks of the picture. */
+static inline float fv_start_at(const struct fv_frame *frame, int eye, int64_t x, int64_t y)
+{
+    return ((const float *)frame->buffer[FV_STARTS][eye])[y * fv_starts_stride(frame) + x];
+}
+
+/* The probability that an edge is masked. */
+float fv_edge_probability(float eccentricity_deg);
+
+#endif
