@@ -30,6 +30,7 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
     f->pyramid = (struct fv_pyramid){.foveated = strcmp(c->method_foveation, "on") == 0,
                                      .minimum = strcmp(c->method_starts, "minimum") == 0,
                                      .blur = strcmp(c->method_blur, "on") == 0,
+                                     .spp_passed = (int)c->method_ssaa_passed,
                                      .edge = (float)c->method_edge,
                                      .lowest_deg = (float)c->method_lowest_deg};
     f->keep = strcmp(c->method_history, "keep") == 0;

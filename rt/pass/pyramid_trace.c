@@ -35,14 +35,96 @@ static int shade(struct fv_frame *f, const struct fv_tile *tile, int spp)
     return s->count * spp;
 }
 
+/* Pixels of lower levels in which something lies that the ray through the middle passed by. */
+struct passed {
+    int count;
+    float x[FV_SAMPLES_MAX], y[FV_SAMPLES_MAX], start[FV_SAMPLES_MAX], hit[FV_SAMPLES_MAX];
+    int at[FV_SAMPLES_MAX]; /* of the samples */
+};
+
+/* Whether a cone of that radius at distance 1 stopped so long before the hit that it was hardly at the same surface,
+ * seen at a slant or told of by a bound that is far from the distance. */
+static bool stopped_before(float start, float hit, float radius)
+{
+    const float gap = 16, share = 0.1f;
+    return start < hit * (1 - share) && hit - start > gap * radius * start;
+}
+
+static void put_samples(struct fv_samples *s, const struct passed *p)
+{
+    s->count = p->count;
+    memcpy(s->x, p->x, (size_t)p->count * sizeof *p->x);
+    memcpy(s->y, p->y, (size_t)p->count * sizeof *p->y);
+    memcpy(s->start, p->start, (size_t)p->count * sizeof *p->start);
+    s->started = true;
+}
+
+/* Of the samples just traced, the greatest inverse depth of each and of those next to it in the tile. */
+static void take_nearest(const struct fv_samples *s, const struct fv_tile *tile, float nearest[FV_SAMPLES_MAX])
+{
+    enum { ROW = FV_TILE / 2 + 2 };
+    float tiled[ROW][ROW] = {{0}}, scale = 1 / (float)(1 << tile->density);
+    for (int i = 0; i < s->count; i++)
+        tiled[1 + (int)((s->y[i] - (float)tile->y0) * scale)][1 + (int)((s->x[i] - (float)tile->x0) * scale)] = s->inverse_depth[i];
+    for (int i = 0; i < s->count; i++) {
+        int x = (int)((s->x[i] - (float)tile->x0) * scale), y = (int)((s->y[i] - (float)tile->y0) * scale);
+        nearest[i] = 0;
+        for (int k = 0; k < 9; k++) nearest[i] = fmaxf(nearest[i], tiled[y + k / 3][x + k % 3]);
+    }
+}
+
+/* Of the samples just traced, by their blocks' starts and then by cones of the pixels' own: those that stopped before
+ * whatever was hit here or next to it. */
+static void find_passed(struct fv_frame *f, const struct fv_tile *tile, struct passed *p)
+{
+    struct fv_worker_scratch *w = &f->scratch[tile->worker];
+    struct fv_samples *s = &w->samples;
+    float reach = 0.70711f * (float)(1 << tile->density), size = f->view[tile->eye].pixel_size, nearest[FV_SAMPLES_MAX];
+    int n = 0;
+    take_nearest(s, tile, nearest);
+    for (int i = 0; i < s->count; i++) {
+        float hit = nearest[i] > 0 ? 1 / nearest[i] : INFINITY;
+        if (!stopped_before(s->start[i], hit, 0.70711f * FV_BLOCK * size)) continue;
+        p->x[n] = s->x[i], p->y[n] = s->y[i], p->start[n] = s->start[i], p->hit[n] = hit;
+        p->at[n++] = i;
+    }
+    p->count = n;
+    if (n == 0) return;
+    put_samples(s, p);
+    f->kernels->starts(f->tracer, &f->view[tile->eye], s, reach, w->rays);
+    p->count = 0;
+    for (int i = 0; i < n; i++) {
+        if (!stopped_before(s->start[i], p->hit[i], reach * size)) continue;
+        int k = p->count++;
+        p->x[k] = p->x[i], p->y[k] = p->y[i], p->start[k] = s->start[i], p->at[k] = p->at[i];
+    }
+}
+
+/* These again, of several samples each, so that what is thin shows by its share; returns rays. */
+static int trace_passed(struct fv_frame *f, const struct fv_tile *tile, uint32_t *pixel)
+{
+    struct passed p;
+    struct fv_worker_scratch *w = &f->scratch[tile->worker];
+    find_passed(f, tile, &p);
+    if (p.count > 0) {
+        put_samples(&w->samples, &p);
+        fv_samples_trace_mean(f, tile, f->pyramid.spp_passed);
+        for (int i = 0; i < p.count; i++) pixel[p.at[i]] = w->pixel[FV_PLANE_BASE][i];
+    }
+    w->samples.started = false;
+    return p.count * f->pyramid.spp_passed;
+}
+
 /* Blocks of the tile's raster: traced, and put there. */
 static int trace_blocks(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks, int spp)
 {
     if (!blocks) return 0;
     fv_tile_place(f, tile, blocks);
-    int rays = shade(f, tile, spp);
-    const uint32_t *pixel = f->scratch[tile->worker].pixel[FV_PLANE_BASE];
-    uint32_t *colour = fv_tile_raster(f, tile)->colour;
+    int rays = shade(f, tile, spp), n = f->scratch[tile->worker].samples.count;
+    uint32_t copy[FV_SAMPLES_MAX], *colour = fv_tile_raster(f, tile)->colour;
+    const uint32_t *pixel = copy;
+    memcpy(copy, f->scratch[tile->worker].pixel[FV_PLANE_BASE], (size_t)n * sizeof *copy);
+    if (tile->density != FV_FINE && !f->pyramid.minimum && f->pyramid.spp_passed > spp) rays += trace_passed(f, tile, copy);
     for (; blocks; blocks &= blocks - 1)
         for (int y = 0; y < FV_BLOCK; y++, pixel += FV_BLOCK) {
             uint32_t *row = colour + fv_block_row(f, tile, __builtin_ctzll(blocks), y);
