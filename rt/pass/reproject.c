@@ -123,8 +123,39 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     return fv_tile_side(tile) * fv_tile_side(tile);
 }
 
-/* The history's pixels, all of the tile moved by as much as the surface in its middle; where its raster holds
- * none, a coarser one's. */
+/* n pixels of a row of history from `from` on, as they are, a frame older; false, and nothing done, where some hold no
+ * history. */
+static bool copy_row(const struct fv_frame *f, const struct fv_raster *r, int64_t from, int64_t to, int n)
+{
+    const uint32_t *colour = r->history_colour + from, *cache = r->history_cache + from;
+    uint32_t *new_colour = r->colour + to, *new_cache = r->cache + to, greatest = 0;
+    for (int x = 0; x < n; x++) greatest = cache[x] > greatest ? cache[x] : greatest;
+    if (greatest >= FV_CACHE_NONE) return false;
+    for (int x = 0; x < n; x++) new_colour[x] = colour[x] & FV_PIXEL_COLOUR;
+    for (int x = 0; x < n; x++) new_cache[x] = cache[x] + ((cache[x] & FV_CACHE_OLDEST) < FV_CACHE_OLDEST);
+    for (int p = FV_PLANE_ALBEDO; p < f->planes; p++)
+        memcpy(new_colour + p * r->plane, colour + p * r->plane, (size_t)n * sizeof *colour);
+    return true;
+}
+
+/* One pixel of history, where there is none of a coarser raster. */
+static void copy_pixel(const struct fv_frame *f, const struct fv_tile *tile, int from_x, int from_y, int64_t to)
+{
+    const struct fv_raster *raster = fv_tile_raster(f, tile), *source = raster;
+    int64_t from = from_y * raster->stride + from_x;
+    uint32_t cache = raster->history_cache[from];
+    for (int d = tile->density + 1; d < FV_DENSITIES && cache >= FV_CACHE_NONE; d++) {
+        source = &f->raster[d][tile->eye];
+        from = (from_y >> (d - tile->density)) * source->stride + (from_x >> (d - tile->density));
+        cache = source->history_cache[from];
+    }
+    raster->colour[to] = source->history_colour[from] & FV_PIXEL_COLOUR;
+    for (int p = FV_PLANE_ALBEDO; p < f->planes; p++)
+        raster->colour[p * raster->plane + to] = source->history_colour[p * source->plane + from];
+    raster->cache[to] = cache + ((cache & FV_CACHE_OLDEST) < FV_CACHE_OLDEST);
+}
+
+/* The history's pixels, all of the tile moved by as much as the surface in its middle. */
 static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 {
     const struct fv_raster *raster = fv_tile_raster(f, tile);
@@ -137,24 +168,13 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
     float dx = to[2] > 1e-4f ? to[0] / to[2] - x : 0, dy = to[2] > 1e-4f ? to[1] / to[2] - y : 0;
     int moved_x = fabsf(dx) < 16384 ? (int)lroundf(dx / raster->scale) : 0;
     int moved_y = fabsf(dy) < 16384 ? (int)lroundf(dy / raster->scale) : 0;
+    bool within = x0 + moved_x >= 0 && x0 + moved_x + side <= raster->width;
     for (int row = 0; row < side; row++) {
         int from_y = clamp(y0 + row + moved_y, raster->height);
         int64_t at = fv_tile_row(f, tile, row);
-        for (int column = 0; column < side; column++) {
-            int from_x = clamp(x0 + column + moved_x, raster->width);
-            int64_t from = from_y * raster->stride + from_x;
-            uint32_t cache = raster->history_cache[from];
-            const struct fv_raster *source = raster;
-            for (int d = tile->density + 1; d < FV_DENSITIES && cache >= FV_CACHE_NONE; d++) {
-                source = &f->raster[d][tile->eye];
-                from = (from_y >> (d - tile->density)) * source->stride + (from_x >> (d - tile->density));
-                cache = source->history_cache[from];
-            }
-            raster->colour[at + column] = source->history_colour[from] & FV_PIXEL_COLOUR;
-            for (int p = FV_PLANE_ALBEDO; p < f->planes; p++)
-                raster->colour[p * raster->plane + at + column] = source->history_colour[p * source->plane + from];
-            raster->cache[at + column] = cache + ((cache & FV_CACHE_OLDEST) < FV_CACHE_OLDEST);
-        }
+        if (within && copy_row(f, raster, from_y * raster->stride + x0 + moved_x, at, side)) continue;
+        for (int column = 0; column < side; column++)
+            copy_pixel(f, tile, clamp(x0 + column + moved_x, raster->width), from_y, at + column);
     }
     f->state[tile->index].reprojected = 1;
     fv_merge_coarse(f, tile);
