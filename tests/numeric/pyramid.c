@@ -1,7 +1,6 @@
 /* pyramid: starts lie before every surface; the picture is full marching's where all is masked, and in the fovea where
  * it is foveated; what is traced in turns comes to the same where nothing moves; thin wires stay; and pictures of odd
  * sizes, gazes anywhere, scenes without fields. */
-#include "platform/arena.h"
 #include "rt/frame/loop.h"
 #include "rt/pass/pyramid.h"
 #include "rt/scene/path.h"
@@ -28,18 +27,16 @@ static void open_loop(struct fv_loop *loop, int n, const char *method)
     fv_loop_open(loop, &s.config, &s.plan[n], &s.tracer, &s.workers, &s.session[n], 1);
 }
 
-/* The arena is as before with the next scene. */
 static void open_stage(const char *scene, const char *const *sets, int count)
 {
-    static size_t used;
+    static bool open;
     struct fv_config_request request = {.sets = 2, .set = {scene, "display.eyes=1"}};
     struct fv_error error;
-    if (used) {
+    if (open) {
         fv_tracer_close(&s.tracer);
         fv_workers_stop(&s.workers);
-        fv_arena()->used = used;
     }
-    used = fv_arena()->used;
+    open = true;
     for (int i = 0; i < count; i++) request.set[request.sets++] = sets[i];
     memset(&s, 0, sizeof s);
     if (fv_config_load(&s.config, &request, &error)) fail_msg("%s", error.text);
