@@ -24,16 +24,20 @@ static const struct {
 enum { REPROJECT_LEVELS = 1 + sizeof reproject_levels / sizeof reproject_levels[0] };
 
 /* r0 is never below the fovea nor below what the settings ask for, where that is less. */
+static void scale_radii(struct fv_foveal *f, float r0, float r1)
+{
+    float floor_deg = f->r0_deg < FV_FOVEA_DEG ? f->r0_deg : FV_FOVEA_DEG;
+    f->r0_deg = f->r0_deg * r0 > floor_deg ? f->r0_deg * r0 : floor_deg;
+    f->r1_deg = f->r1_deg * r1 > f->r0_deg ? f->r1_deg * r1 : f->r0_deg;
+}
+
 static void reproject_parameters(const struct fv_config *config, int level, struct fv_parameters *out)
 {
     struct fv_foveal f = {(float)config->fovea_inner_deg, (float)config->fovea_outer_deg,
                           (float)config->fovea_p_min};
     int spacing = (int)config->method_support;
     if (level > 0) {
-        float floor_deg = f.r0_deg < FV_FOVEA_DEG ? f.r0_deg : FV_FOVEA_DEG,
-              scale = reproject_levels[level - 1].radius;
-        f.r0_deg = f.r0_deg * scale > floor_deg ? f.r0_deg * scale : floor_deg;
-        f.r1_deg = f.r1_deg * scale > f.r0_deg ? f.r1_deg * scale : f.r0_deg;
+        scale_radii(&f, reproject_levels[level - 1].radius, reproject_levels[level - 1].radius);
         f.p_min = reproject_levels[level - 1].p_min;
         spacing *= reproject_levels[level - 1].support;
         if (spacing > 16) spacing = 16;
@@ -41,7 +45,7 @@ static void reproject_parameters(const struct fv_config *config, int level, stru
     *out = (struct fv_parameters){.foveal = f, .spp = 1, .spacing = spacing};
 }
 
-/* As for reproject; the settings' radii, factor, refresh and samples, and from there to the least. */
+/* From twice the settings' radius and probability to the least of all. */
 static const struct {
     float radius, p_scale; /* factors */
     int refresh, ssaa;     /* refresh: times as long; ssaa: a part of */
@@ -59,11 +63,7 @@ static void pyramid_parameters(const struct fv_config *config, int level, struct
         .refresh = (int)config->method_refresh,
     };
     if (level == 0) return;
-    struct fv_foveal *f = &out->foveal;
-    float floor_deg = f->r0_deg < FV_FOVEA_DEG ? f->r0_deg : FV_FOVEA_DEG;
-    f->r0_deg *= pyramid_levels[level - 1].radius;
-    if (f->r0_deg < floor_deg) f->r0_deg = floor_deg;
-    if (f->r1_deg < f->r0_deg) f->r1_deg = f->r0_deg;
+    scale_radii(&out->foveal, pyramid_levels[level - 1].radius, 1);
     out->p_scale *= pyramid_levels[level - 1].p_scale;
     out->refresh *= pyramid_levels[level - 1].refresh;
     out->spp = (out->spp + pyramid_levels[level - 1].ssaa - 1) / pyramid_levels[level - 1].ssaa;

@@ -12,7 +12,7 @@ struct fv_method {
     const char *name, *what;
     const struct fv_pass *pass[FV_METHOD_PASSES_MAX + 1]; /* NULL behind the last */
     /* Level 0 is what the settings say. Where the method adapts to a budget, levels 1 to levels - 1 are a
-     * table of their own, from the whole image sharp to the smallest that is safe. Those from `levels` up to
+     * table of their own, from the dearest to the smallest that is safe. Those from `levels` up to
      * `measured` are for measuring only. */
     int levels, measured;
     void (*parameters)(const struct fv_config *config, int level, struct fv_parameters *out);

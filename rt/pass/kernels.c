@@ -27,7 +27,7 @@
     void fv_double_row_##isa(const uint32_t *, const uint32_t *, uint32_t *, int);                              \
     void fv_pixel_present_##isa(const uint32_t *, uint8_t *, int);
 /* Rows of the coarsest tiles are 8 pixels: `narrow` are kernels that take no more at a time. */
-#define ROW(trace_, isa, narrow)                                                                                         \
+#define ROW(trace_, isa, narrow)                                                                                 \
     {                                                                                                            \
         .trace = trace_##_##isa, .starts = fv_field_starts_##isa, .encode = fv_pixel_encode_##isa,               \
         .encode_light = fv_pixel_encode_light_##isa,                                                             \
@@ -36,15 +36,15 @@
         .bounds = {fv_bounds_##isa, fv_bounds_##isa, fv_bounds_##narrow}, .answer = fv_support_answer_##isa,     \
         .halve = fv_halve_##isa, .double_row = fv_double_row_##isa, .present = fv_pixel_present_##isa            \
     }
-#define ROWS(isa, narrow)                                                        \
-    {                                                                    \
-        [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, isa, narrow),             \
-        [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, isa, narrow),          \
-        [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, isa, narrow),          \
-        [FV_VARIANT_ALL] = ROW(fv_trace_all, isa, narrow),               \
-        [FV_VARIANT_MOVING] = ROW(fv_trace_moving, isa, narrow),            \
-        [FV_VARIANT_FIELDS] = ROW(fv_trace_fields, isa, narrow),            \
-        [FV_VARIANT_EVERYTHING] = ROW(fv_trace_samples, isa, narrow),           \
+#define ROWS(isa, narrow)                                                                                        \
+    {                                                                                                            \
+        [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, isa, narrow),                                                   \
+        [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, isa, narrow),                                             \
+        [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, isa, narrow),                                             \
+        [FV_VARIANT_ALL] = ROW(fv_trace_all, isa, narrow),                                                       \
+        [FV_VARIANT_MOVING] = ROW(fv_trace_moving, isa, narrow),                                                 \
+        [FV_VARIANT_FIELDS] = ROW(fv_trace_fields, isa, narrow),                                                 \
+        [FV_VARIANT_EVERYTHING] = ROW(fv_trace_samples, isa, narrow),                                            \
     }
 
 DECLARE(base)

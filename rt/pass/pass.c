@@ -1,6 +1,8 @@
 /* pass: from tile numbers to tiles, and the tracing of a tile's blocks that passes share. */
 #include "rt/pass/pass.h"
 
+#include <string.h>
+
 struct run {
     const struct fv_pass *pass;
     struct fv_frame *frame;
@@ -23,6 +25,14 @@ void fv_frame_lay(struct fv_frame *f)
                 .plane = (f->stride >> d) * (f->rows >> d) + 16, /* and what is loaded behind the last */
             };
         }
+}
+
+void fv_raster_row(const struct fv_raster *r, int plane, int x0, int y, int n, uint32_t *row)
+{
+    const uint32_t *from = r->colour + plane * r->plane + fv_clamp(y, r->height) * r->stride;
+    if (x0 >= 0 && x0 + n <= r->width) memcpy(row, from + x0, (size_t)n * sizeof *row);
+    else
+        for (int x = 0; x < n; x++) row[x] = from[fv_clamp(x0 + x, r->width)];
 }
 
 struct fv_tile fv_tile_at(const struct fv_frame *f, int index, int worker)

@@ -58,7 +58,7 @@ enum fv_buffer {
 
 /* A pixel's colour, and flags above it (trace/pixel.h). */
 #define FV_PIXEL_COLOUR (FV_PIXEL_SAMPLED - 1)
-#define FV_PIXEL_SAMPLED (1u << 30) /* traced in this frame */
+#define FV_PIXEL_SAMPLED (1u << 30) /* traced in this frame; in the pyramid's lower levels, when they were last */
 #define FV_PIXEL_FILLED (1u << 31)  /* no history arrived: taken from the support image */
 
 /* Settings of the method pyramid (pass/pyramid.h). */
@@ -115,7 +115,7 @@ enum { FV_HELD_ALL = (1 << FV_DENSITIES) - 1 };
 
 /* What a tile was in a frame. */
 struct fv_tile_state {
-    uint8_t density;     /* enum fv_density, by select */
+    uint8_t density;     /* enum fv_density, by select or mask */
     uint8_t reprojected; /* what stands in its pixels before they are sampled came from history */
     uint8_t holds[2];    /* bit d: the raster of density d may hold history here, of this frame and the last */
 };
@@ -207,6 +207,15 @@ struct fv_pass {
 
 extern const struct fv_pass fv_pass_sample_all, fv_pass_support, fv_pass_select, fv_pass_reproject,
     fv_pass_sample, fv_pass_march, fv_pass_mask, fv_pass_trace, fv_pass_compose, fv_pass_present;
+
+/* The nearest of 0 to count - 1. */
+static inline int fv_clamp(int64_t i, int count)
+{
+    return i < 0 ? 0 : i >= count ? count - 1 : (int)i;
+}
+
+/* n pixels of a raster's row y from x0 on, of one image of its colours; beyond the raster, the pixels at its border. */
+void fv_raster_row(const struct fv_raster *raster, int plane, int x0, int y, int n, uint32_t *row);
 
 /* The tile of that number. */
 struct fv_tile fv_tile_at(const struct fv_frame *frame, int index, int worker);

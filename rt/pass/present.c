@@ -31,28 +31,14 @@ static void overlay_row(const struct fv_frame *f, const struct fv_tile *tile, in
  * does not matter. */
 enum { HALF = FV_TILE / 2, ROW = FV_TILE };
 
-static int within(int i, int count)
-{
-    return i < 0 ? 0 : i >= count ? count - 1 : i;
-}
-
-/* n pixels of row y from x0; beyond the picture's pixels whose centres lie in it, those at its border. */
-static void take_plane(const struct fv_raster *r, int plane, int x0, int y, int n, uint32_t row[ROW])
-{
-    const uint32_t *from = r->colour + plane * r->plane + within(y, r->height) * r->stride;
-    if (x0 >= 0 && x0 + n <= r->width) memcpy(row, from + x0, (size_t)n * sizeof *row);
-    else
-        for (int x = 0; x < n; x++) row[x] = from[within(x0 + x, r->width)];
-}
-
 /* With all light. */
 static void take_row(const struct fv_frame *f, const struct fv_raster *r, int x0, int y, int n, uint32_t row[ROW])
 {
-    take_plane(r, FV_PLANE_BASE, x0, y, n, row);
+    fv_raster_row(r, FV_PLANE_BASE, x0, y, n, row);
     if (!fv_light_apart(f)) return;
     _Alignas(64) uint32_t albedo[ROW] = {0}, light[ROW] = {0};
-    take_plane(r, FV_PLANE_ALBEDO, x0, y, n, albedo);
-    take_plane(r, FV_PLANE_LIGHT, x0, y, n, light);
+    fv_raster_row(r, FV_PLANE_ALBEDO, x0, y, n, albedo);
+    fv_raster_row(r, FV_PLANE_LIGHT, x0, y, n, light);
     f->kernels->compose(row, albedo, light, row, ROW);
 }
 

@@ -35,6 +35,12 @@ static inline float fv_start_at(const struct fv_frame *frame, int eye, int64_t x
     return ((const float *)frame->buffer[FV_STARTS][eye])[y * fv_starts_stride(frame) + x];
 }
 
+/* Half the diagonal of a square of `side` pixels, from above. */
+static inline float fv_reach_px(int side)
+{
+    return 0.70711f * (float)side;
+}
+
 /* The probability that an edge is masked. */
 float fv_edge_probability(float eccentricity_deg);
 

@@ -5,24 +5,12 @@
 
 enum { HALF = FV_TILE / 2 };
 
-static int within(int i, int count)
-{
-    return i < 0 ? 0 : i >= count ? count - 1 : i;
-}
-
-/* A row of the middle level from one pixel before the tile's first to one behind its last. */
-static void take_row(const struct fv_raster *r, int x0, int y, uint32_t row[FV_TILE])
-{
-    const uint32_t *from = r->colour + within(y, r->height) * r->stride;
-    for (int x = 0; x < HALF + 2; x++) row[x] = from[within(x0 - 1 + x, r->width)];
-}
-
 /* Bilinear. */
 static void fill(struct fv_frame *f, const struct fv_tile *tile, uint64_t masked)
 {
     const struct fv_raster *middle = &f->raster[FV_COARSE][tile->eye], *fine = &f->raster[FV_FINE][tile->eye];
     _Alignas(64) uint32_t row[HALF + 2][FV_TILE] = {{0}}, colour[FV_TILE];
-    for (int y = 0; y < HALF + 2; y++) take_row(middle, tile->x0 / 2, tile->y0 / 2 + y - 1, row[y]);
+    for (int y = 0; y < HALF + 2; y++) fv_raster_row(middle, 0, tile->x0 / 2 - 1, tile->y0 / 2 + y - 1, HALF + 2, row[y]);
     for (int y = 0; y < FV_TILE; y++) {
         unsigned left = ~(unsigned)(masked >> (y / FV_BLOCK * FV_BLOCKS)) & 255;
         uint32_t *to = fine->colour + fv_tile_row(f, tile, y);
@@ -49,7 +37,7 @@ static uint32_t blurred(const uint32_t tile[FV_TILE][FV_TILE], int x, int y)
     static const uint32_t weight[3] = {1, 2, 1};
     uint32_t sum[3] = {8, 8, 8};
     for (int k = 0; k < 9; k++) {
-        uint32_t c = tile[within(y + k / 3 - 1, FV_TILE)][within(x + k % 3 - 1, FV_TILE)], w = weight[k / 3] * weight[k % 3];
+        uint32_t c = tile[fv_clamp(y + k / 3 - 1, FV_TILE)][fv_clamp(x + k % 3 - 1, FV_TILE)], w = weight[k / 3] * weight[k % 3];
         for (int i = 0; i < 3; i++) sum[i] += w * (c >> 10 * i & 1023);
     }
     return sum[0] >> 4 | sum[1] >> 4 << 10 | sum[2] >> 4 << 20;

@@ -3,12 +3,6 @@
 
 enum { WIDE = 2 * FV_BLOCK, WIDES = FV_TILE / WIDE, COUNT = FV_BLOCKS * FV_BLOCKS };
 
-/* Half the diagonal of a square of `side` pixels, from above. */
-static float reach(int side)
-{
-    return 0.70711f * (float)side;
-}
-
 /* The middles of side x side squares of `size` pixels. */
 static void place(struct fv_samples *s, const struct fv_tile *tile, int side, int size)
 {
@@ -28,11 +22,11 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     int64_t at = tile->y0 / FV_BLOCK * fv_starts_stride(f) + tile->x0 / FV_BLOCK;
     place(s, tile, WIDES, WIDE);
     s->started = false;
-    f->kernels->starts(f->tracer, view, s, reach(WIDE), w->rays);
+    f->kernels->starts(f->tracer, view, s, fv_reach_px(WIDE), w->rays);
     for (int i = 0; i < WIDES * WIDES; i++) wide[i] = s->start[i];
     place(s, tile, FV_BLOCKS, FV_BLOCK);
     for (int i = 0; i < COUNT; i++) s->start[i] = wide[i / FV_BLOCKS / 2 * WIDES + i % FV_BLOCKS / 2];
-    f->kernels->starts(f->tracer, view, s, f->pyramid.minimum ? 0 : reach(FV_BLOCK), w->rays);
+    f->kernels->starts(f->tracer, view, s, f->pyramid.minimum ? 0 : fv_reach_px(FV_BLOCK), w->rays);
     for (int i = 0; i < COUNT; i++) starts[at + i / FV_BLOCKS * fv_starts_stride(f) + i % FV_BLOCKS] = s->start[i];
     s->started = false;
     return COUNT + WIDES * WIDES;

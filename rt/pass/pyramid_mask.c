@@ -8,11 +8,6 @@ float fv_edge_probability(float e)
     return 0.90964f * expf(-e / 2.9661f) + 0.00792f;
 }
 
-static int within(int i, int count)
-{
-    return i < 0 ? 0 : i >= count ? count - 1 : i;
-}
-
 /* Sobel's operator on the distances, against the nearest of them: of a slope it is no larger near than far. What
  * has something on one side and nothing on the other is an edge. */
 static bool edge(const struct fv_frame *f, int eye, int x, int y)
@@ -21,7 +16,7 @@ static bool edge(const struct fv_frame *f, int eye, int x, int y)
     float v[3][3], nearest = INFINITY, farthest = 0;
     for (int j = 0; j < 3; j++)
         for (int i = 0; i < 3; i++) {
-            v[j][i] = fv_start_at(f, eye, within(x + i - 1, columns), within(y + j - 1, rows));
+            v[j][i] = fv_start_at(f, eye, fv_clamp(x + i - 1, columns), fv_clamp(y + j - 1, rows));
             nearest = fminf(nearest, v[j][i]);
             farthest = fmaxf(farthest, v[j][i]);
         }

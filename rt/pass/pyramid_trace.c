@@ -29,7 +29,7 @@ static int shade(struct fv_frame *f, const struct fv_tile *tile, int spp)
     for (int i = 0; i < s->count; i++) s->start[i] = start_of(f, tile->eye, s->x[i], s->y[i]);
     s->started = true;
     if (spp >= 4 && !f->pyramid.minimum)
-        f->kernels->starts(f->tracer, &f->view[tile->eye], s, 0.70711f * (float)(1 << tile->density), w->rays);
+        f->kernels->starts(f->tracer, &f->view[tile->eye], s, fv_reach_px(1 << tile->density), w->rays);
     fv_samples_trace_mean(f, tile, spp);
     s->started = false;
     return s->count * spp;
@@ -79,12 +79,12 @@ static void find_passed(struct fv_frame *f, const struct fv_tile *tile, struct p
 {
     struct fv_worker_scratch *w = &f->scratch[tile->worker];
     struct fv_samples *s = &w->samples;
-    float reach = 0.70711f * (float)(1 << tile->density), size = f->view[tile->eye].pixel_size, nearest[FV_SAMPLES_MAX];
+    float reach = fv_reach_px(1 << tile->density), size = f->view[tile->eye].pixel_size, nearest[FV_SAMPLES_MAX];
     int n = 0;
     take_nearest(s, tile, nearest);
     for (int i = 0; i < s->count; i++) {
         float hit = nearest[i] > 0 ? 1 / nearest[i] : INFINITY;
-        if (!stopped_before(s->start[i], hit, 0.70711f * FV_BLOCK * size)) continue;
+        if (!stopped_before(s->start[i], hit, fv_reach_px(FV_BLOCK) * size)) continue;
         p->x[n] = s->x[i], p->y[n] = s->y[i], p->start[n] = s->start[i], p->hit[n] = hit;
         p->at[n++] = i;
     }

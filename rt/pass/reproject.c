@@ -33,11 +33,6 @@ static float carry_middle(const struct fv_frame *f, const struct fv_tile *tile, 
     return w;
 }
 
-static int clamp(int64_t i, int count)
-{
-    return i < 0 ? 0 : i >= count ? count - 1 : (int)i;
-}
-
 /* The moving objects that nodes show in the tile and two cells around it, as far as the kernel goes. */
 static void take_objects(const struct fv_frame *f, const struct fv_tile *tile, struct fv_reproject_tile *t)
 {
@@ -45,7 +40,7 @@ static void take_objects(const struct fv_frame *f, const struct fv_tile *tile, s
     uint32_t seen = 0;
     for (int y = 0; y < along; y++)
         for (int x = 0; x < along; x++) {
-            int64_t at = clamp(y0 + y, t->nodes_y) * t->support_stride + clamp(x0 + x, t->nodes_x);
+            int64_t at = fv_clamp(y0 + y, t->nodes_y) * t->support_stride + fv_clamp(x0 + x, t->nodes_x);
             seen |= 1u << (t->support_surface[at] & FV_SURFACE_OBJECT);
         }
     for (seen &= ~1u; seen && t->objects < FV_TILE_OBJECTS; seen &= seen - 1, t->objects++) {
@@ -170,11 +165,11 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
     int moved_y = fabsf(dy) < 16384 ? (int)lroundf(dy / raster->scale) : 0;
     bool within = x0 + moved_x >= 0 && x0 + moved_x + side <= raster->width;
     for (int row = 0; row < side; row++) {
-        int from_y = clamp(y0 + row + moved_y, raster->height);
+        int from_y = fv_clamp(y0 + row + moved_y, raster->height);
         int64_t at = fv_tile_row(f, tile, row);
         if (within && copy_row(f, raster, from_y * raster->stride + x0 + moved_x, at, side)) continue;
         for (int column = 0; column < side; column++)
-            copy_pixel(f, tile, clamp(x0 + column + moved_x, raster->width), from_y, at + column);
+            copy_pixel(f, tile, fv_clamp(x0 + column + moved_x, raster->width), from_y, at + column);
     }
     f->state[tile->index].reprojected = 1;
     fv_merge_coarse(f, tile);

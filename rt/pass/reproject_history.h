@@ -29,9 +29,10 @@ struct place {
 };
 
 /* Of what stands still. */
-static inline struct source source_of(const struct fv_reproject_tile *t, const struct fv_raster *r, float scale)
+static inline struct source source_of(const struct fv_raster *r, const struct fv_map *map, float scale, float epsilon,
+                                      bool still)
 {
-    return (struct source){.map = &t->map,
+    return (struct source){.map = map,
                            .colour = r->history_colour,
                            .cache = r->history_cache,
                            .width = (float)r->width,
@@ -39,8 +40,8 @@ static inline struct source source_of(const struct fv_reproject_tile *t, const s
                            .scale = scale,
                            .stride = (int32_t)r->stride,
                            .last_row = r->height - 1,
-                           .epsilon = t->epsilon,
-                           .still = t->still};
+                           .epsilon = epsilon,
+                           .still = still};
 }
 
 /* The history's colour at a place: bilinear over the four pixels around it, across edges too. Taking only

@@ -177,8 +177,8 @@ static __attribute__((noinline)) void finish_apart(const struct fv_reproject_til
 }
 
 /* A coarser raster's places, where nothing is good yet. Only where the denser one holds no history: elsewhere it is
- * known better that this shows something else, and the coarser pixel a mixture of both. What it shows is blurred: it counts as one sample at most,
- * taken long ago. */
+ * known better that this shows something else, and the coarser pixel a mixture of both. What it shows is blurred: it
+ * counts as one sample at most, taken long ago. */
 static __attribute__((noinline)) void take_over(const struct fv_reproject_tile *t, const struct source *coarse, int64_t plane,
                                                 struct place *other, struct place *best, vf3 *colour, struct apart *apart)
 {
@@ -329,7 +329,7 @@ static void count_blocks(struct fv_reproject_tile *t, struct blocks *b, int row)
 
 void reproject(struct fv_reproject_tile *t)
 {
-    struct source source[FV_DENSITIES] = {source_of(t, t->raster, 1)};
+    struct source source[FV_DENSITIES] = {source_of(t->raster, &t->map, 1, t->epsilon, t->still)};
     struct nodes nodes;
     struct cells cells = {0};
     struct blocks blocks = {.columns = t->raster->width - t->x0 >= FV_TILE ? ~0u : (1u << (t->raster->width - t->x0)) - 1};
@@ -337,7 +337,7 @@ void reproject(struct fv_reproject_tile *t)
     struct step v;
     int below = -1, layers = 0;
     for (int c = 0; c < t->coarsers; c++)
-        source[1 + c] = source_of(t, t->coarser[c], t->raster->scale / t->coarser[c]->scale);
+        source[1 + c] = source_of(t->coarser[c], &t->map, t->raster->scale / t->coarser[c]->scale, t->epsilon, t->still);
     t->failed = t->marked = 0;
     prefetch_first(t, source);
     take_nodes(t, &nodes);

@@ -98,7 +98,7 @@ static __attribute__((noinline)) void light_nodes(const struct fv_reproject_tile
             vi column = vi_lanes() + (x0 + x);
             column = vi_select(column > 0, column, vi_of(0));
             column = vi_select(column < t->nodes_x, column, vi_of(t->nodes_x - 1));
-            vi at = column + (int32_t)(clamp_node(y0 + y, t->nodes_y) * t->support_stride);
+            vi at = column + (int32_t)(fv_clamp(y0 + y, t->nodes_y) * t->support_stride);
             vf_store(nodes->luminance[y] + x, luminance(shown(t, t->support_colour, t->support_plane, at)));
         }
 }

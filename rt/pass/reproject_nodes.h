@@ -28,11 +28,6 @@ struct cells {
     bool any_bent;
 };
 
-static inline int clamp_node(int i, int nodes)
-{
-    return i < 0 ? 0 : i >= nodes ? nodes - 1 : i;
-}
-
 /* One before a tile's first, that of its first pixel. */
 static inline int first_node(int pixel, float spacing)
 {
@@ -56,9 +51,9 @@ static void take_nodes(const struct fv_reproject_tile *t, struct nodes *nodes)
     int x0 = first_node(t->x0, t->spacing), y0 = first_node(t->y0, t->spacing);
     nodes->along = inside + 2;
     for (int y = 0; y < nodes->along; y++) {
-        int64_t row = clamp_node(y0 + y, t->nodes_y) * t->support_stride;
+        int64_t row = fv_clamp(y0 + y, t->nodes_y) * t->support_stride;
         for (int x = 0; x < nodes->along; x++) {
-            int64_t at = row + clamp_node(x0 + x, t->nodes_x);
+            int64_t at = row + fv_clamp(x0 + x, t->nodes_x);
             float w = t->support_depth[at];
             uint32_t c = t->support_colour[at];
             bool known = w >= 0 && w <= FV_INVERSE_DEPTH_MAX;

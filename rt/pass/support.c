@@ -89,11 +89,6 @@ static bool touched(const struct fv_frame *f, const struct fv_view *view, float 
     return false;
 }
 
-static int64_t clamp(int64_t i, int64_t count)
-{
-    return i < 0 ? 0 : i >= count ? count - 1 : i;
-}
-
 /* The last frame's nodes around where those of the packet were, by how the surface in its middle moved; false where
  * that leads nowhere. */
 static bool take_old(const struct fv_frame *f, int eye, const struct nodes *n, int64_t x0, int64_t y0,
@@ -101,9 +96,9 @@ static bool take_old(const struct fv_frame *f, int eye, const struct nodes *n, i
 {
     const float *depth = f->buffer[FV_SUPPORT_HISTORY_DEPTH][eye];
     const uint8_t *surface = f->buffer[FV_SUPPORT_HISTORY_SURFACE][eye];
-    int64_t columns = (f->width + f->spacing - 1) / f->spacing, rows = (f->height + f->spacing - 1) / f->spacing;
+    int columns = (f->width + f->spacing - 1) / f->spacing, rows = (f->height + f->spacing - 1) / f->spacing;
     float half = 0.5f * FV_PACKET, spacing = (float)f->spacing, to[3];
-    float w = depth[clamp(y0 + FV_PACKET / 2, rows) * n->stride + clamp(x0 + FV_PACKET / 2, columns)];
+    float w = depth[fv_clamp(y0 + FV_PACKET / 2, rows) * n->stride + fv_clamp(x0 + FV_PACKET / 2, columns)];
     fv_map_point(&f->map[eye], ((float)x0 + half) * spacing, ((float)y0 + half) * spacing, fmaxf(w, 0), to);
     if (!(to[2] > 0.1f && fabsf(to[0]) < 16384 * to[2] && fabsf(to[1]) < 16384 * to[2])) return false;
     int64_t left = lroundf(to[0] / to[2] / spacing - half) - FV_AROUND;
@@ -112,9 +107,9 @@ static bool take_old(const struct fv_frame *f, int eye, const struct nodes *n, i
     for (int y = 0; y < FV_WINDOW; y++) {
         float *to_depth = packet->old_depth + y * FV_WINDOW;
         int32_t *to_surface = packet->old_surface + y * FV_WINDOW;
-        int64_t row = clamp(top + y, rows) * n->stride;
+        int64_t row = fv_clamp(top + y, rows) * n->stride;
         for (int x = 0; x < FV_WINDOW; x++) {
-            int64_t at = row + (inside ? left + x : clamp(left + x, columns));
+            int64_t at = row + (inside ? left + x : fv_clamp(left + x, columns));
             to_depth[x] = depth[at];
             to_surface[x] = surface[at];
         }

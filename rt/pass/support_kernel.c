@@ -88,24 +88,12 @@ static FV_INLINE struct place find(const struct source *s, vf3 along, vf w, cons
     return best;
 }
 
-static struct source source_at(const struct fv_support_packet *t, const struct fv_raster *r)
-{
-    return (struct source){.map = t->map,
-                           .colour = r->history_colour,
-                           .cache = r->history_cache,
-                           .width = (float)r->width,
-                           .height = (float)r->height,
-                           .scale = 1 / r->scale,
-                           .stride = (int32_t)r->stride,
-                           .last_row = r->height - 1,
-                           .epsilon = t->epsilon,
-                           .still = t->still};
-}
-
 void answer(struct fv_support_packet *t)
 {
     const float(*m)[3] = t->map->m;
-    struct source first = source_at(t, t->history[0]), second = source_at(t, t->history[1]);
+    const struct fv_raster *r = t->history[0], *q = t->history[1];
+    struct source first = source_of(r, t->map, 1 / r->scale, t->epsilon, t->still);
+    struct source second = source_of(q, t->map, 1 / q->scale, t->epsilon, t->still);
     struct around around;
     take_around(t, &around);
     t->answered = t->by_second = 0;

@@ -1,5 +1,5 @@
 /* shown: a frame's pixels as the picture shows them, whatever raster its tiles are kept in: 10-bit colours and
- * flags; a coarse pixel stands for four. For tests only. */
+ * flags; a coarse pixel stands for four, or sixteen. For tests only. */
 #ifndef FV_TESTS_SHOWN_H
 #define FV_TESTS_SHOWN_H
 
