@@ -81,8 +81,12 @@ static void tell(const char *name, const struct fv_sheet *sheet)
     char paper[32] = "";
     if (!isnan(fv_sheet_paper(sheet, row, "speedup")))
         snprintf(paper, sizeof paper, " (paper %.2f)", fv_sheet_paper(sheet, row, "speedup"));
-    fv_log("%s: %.1f ms, full %.1f ms: %.2f x%s", name, fv_sheet_ours(sheet, row, "frame_ms"),
-           fv_sheet_ours(sheet, row, "frame_ms_full"), fv_sheet_ours(sheet, row, "speedup"), paper);
+    if (isnan(fv_sheet_ours(sheet, row, "frame_ms")))
+        fv_log("%s: %s is %.2f x as fast as full%s, %d cells", name, row, fv_sheet_ours(sheet, row, "speedup"), paper,
+               sheet->cells);
+    else
+        fv_log("%s: %.1f ms, full %.1f ms: %.2f x%s", name, fv_sheet_ours(sheet, row, "frame_ms"),
+               fv_sheet_ours(sheet, row, "frame_ms_full"), fv_sheet_ours(sheet, row, "speedup"), paper);
 }
 
 /* Returns an exit code. */

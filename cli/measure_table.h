@@ -20,4 +20,8 @@ struct fv_table_report {
 /* report.html. Returns 0, or -1 with the error set. */
 int fv_table_page(const struct fv_table_report *report, const char *path, struct fv_error *error);
 
+/* What it shows of a table, between its heading and its foot. */
+void fv_table_page_weier2016(struct fv_writer *out, const struct fv_sheet *sheet);
+void fv_table_page_polychronakis2023(struct fv_writer *out, const struct fv_sheet *sheet);
+
 #endif

@@ -314,31 +314,12 @@ static void write_definitions(const struct page *p)
     fv_terms(p->out, "How it was measured", rows, sizeof rows / sizeof rows[0]);
 }
 
-int fv_table_page(const struct fv_table_report *report, const char *path, struct fv_error *error)
+void fv_table_page_weier2016(struct fv_writer *out, const struct fv_sheet *sheet)
 {
-    static struct fv_writer out;
-    struct page p = {&out, report->sheet};
-    char title[96];
-    if (fv_writer_open(&out, path, error)) return -1;
-    snprintf(title, sizeof title, "%s, paper and ours", report->table->paper);
-    fv_page_open(&out, title);
-    fv_writer_print(&out, "<header>\n<h1>");
-    fv_html_text(&out, title);
-    fv_writer_print(&out, "</h1>\n<p class=\"soft\">");
-    fv_html_text(&out, report->about);
-    fv_writer_print(&out, "</p>\n");
-    if (report->parts < report->table->parts)
-        fv_writer_print(&out, "<p class=\"verdict\"><b>%d of %d parts are not here:</b> their scene is not at hand, "
-                              "or they are not measured yet.</p>\n",
-                        report->table->parts - report->parts, report->table->parts);
-    fv_writer_print(&out, "</header>\n");
+    struct page p = {out, sheet};
     write_facts(&p);
     write_table(&p);
     write_figure(&p);
     write_stages(&p);
     write_definitions(&p);
-    fv_writer_print(&out, "<footer>Foveola %s. The same numbers as data: table-%s.csv.</footer>\n", FV_VERSION,
-                    report->table->name);
-    fv_page_close(&out);
-    return fv_writer_close(&out, error);
 }

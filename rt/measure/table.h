@@ -1,6 +1,6 @@
 /* table: a published paper's table measured again: what its numbers are called, what the paper gives and what
  * is measured here, cell by cell. A table is a row of the table of tables in table.c and a file of its own
- * (table_weier2016.c); cli/measure_table.h runs it and shows it.
+ * (table_weier2016.c, ...); cli/measure_table.h runs it and shows it.
  *
  * A table is measured in parts, each at a scene and settings of its own. Memory is never given back, so the
  * caller gives each part a process. */
@@ -9,7 +9,7 @@
 
 #include "rt/measure/contest.h"
 
-enum { FV_SHEET_CELLS_MAX = 1024, FV_TABLE_SETTINGS_MAX = 16, FV_TABLE_FRAMES_MAX = 100000 };
+enum { FV_SHEET_CELLS_MAX = 4096, FV_TABLE_SETTINGS_MAX = 16, FV_TABLE_FRAMES_MAX = 100000 };
 
 /* A cell of table-NAME.csv: plain names, without commas, quotes or line ends. */
 struct fv_cell {
@@ -81,6 +81,6 @@ struct fv_table {
 const struct fv_table *fv_table_find(const char *name);
 const struct fv_table *fv_table_at(int n);
 
-extern const struct fv_table fv_table_weier2016;
+extern const struct fv_table fv_table_weier2016, fv_table_polychronakis2023;
 
 #endif

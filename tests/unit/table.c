@@ -21,7 +21,7 @@ static const char *path_of(const char *name)
 
 static const char *text_of(const char *name)
 {
-    static char text[65536];
+    static char text[1 << 18];
     program_slurp(path_of(name), text, sizeof text);
     return text;
 }
@@ -131,6 +131,34 @@ static void a_table_has_every_row(void **state)
     assert_non_null(strstr(text_of("whole/report.html"), "<html"));
 }
 
+/* Every kind, number of samples, radius and refresh rate, once each, with the paper's number where it prints one. */
+static void fields_have_their_table(void **state)
+{
+    static const char *const scenes[] = {"primitives", "columns", "temple"};
+    char cell[96];
+    int rows = 0;
+    (void)state;
+    struct program_result r = program("measure --table polychronakis2023 --set display.width=48 --set display.height=40 "
+                                      "--frames 1 --out fields");
+    if (r.code != 0) fail_msg("%s", r.errors);
+    assert_non_null(strstr(r.errors, "15 of 15 parts"));
+    const char *csv = text_of("fields/table-polychronakis2023.csv");
+    for (const char *at = csv; (at = strstr(at, ",speedup,")); at++) rows++;
+    assert_int_equal(rows, 3 * (2 + 18 + 4 * (1 + 2 * 18)));
+    for (int s = 0; s < 3; s++)
+        for (int ssaa = 1; ssaa <= 16; ssaa *= 4) {
+            snprintf(cell, sizeof cell, "\n%s/ipr/ssaa%d/fovea180/refresh1,ssim,,", scenes[s], ssaa);
+            assert_true(ours(csv, cell) > 0.99 && ours(csv, cell) <= 1);
+            snprintf(cell, sizeof cell, "\n%s/fipr/ssaa%d/fovea7.5/refresh4,steps_ratio,,", scenes[s], ssaa);
+            assert_true(ours(csv, cell) > 1.5);
+            snprintf(cell, sizeof cell, "\n%s/fipr/ssaa%d/fovea7.5/refresh4,speedup,,", scenes[s], ssaa);
+            assert_true(ours(csv, cell) > 0);
+        }
+    assert_non_null(strstr(csv, "\ntemple/fipr/ssaa16/fovea7.5/refresh4,speedup,,8.83,"));
+    assert_non_null(strstr(csv, "\nprimitives/ipr/ssaa1/fovea180/refresh1,flip,,0.05056,"));
+    assert_non_null(strstr(text_of("fields/report.html"), "Figure 12"));
+}
+
 static void what_is_there_is_not_measured_again(void **state)
 {
     static char before[65536];
@@ -202,6 +230,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cells_come_back),       cmocka_unit_test(damaged_parts_are_refused),
         cmocka_unit_test(flights_cover_the_way), cmocka_unit_test(a_table_has_every_row),
+        cmocka_unit_test(fields_have_their_table),
         cmocka_unit_test(what_is_there_is_not_measured_again), cmocka_unit_test(bad_requests_are_refused),
         cmocka_unit_test(stops_when_told)};
     return cmocka_run_group_tests(tests, NULL, program_clean);
