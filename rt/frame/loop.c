@@ -30,6 +30,7 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
     f->pyramid = (struct fv_pyramid){.foveated = strcmp(c->method_foveation, "on") == 0,
                                      .minimum = strcmp(c->method_starts, "minimum") == 0,
                                      .blur = strcmp(c->method_blur, "on") == 0,
+                                     .cut = strcmp(c->budget_adapt, "on") == 0,
                                      .spp_passed = (int)c->method_ssaa_passed,
                                      .edge = (float)c->method_edge,
                                      .lowest_deg = (float)c->method_lowest_deg};
@@ -80,6 +81,8 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
     set_method(f, config);
     f->overlay = strcmp(config->output_overlay, "on") == 0;
     f->tracer = tracer;
+    /* Shadows of what moves show in nodes that are traced: nothing else tells of them in time. */
+    if (tracer->data->objects > 0) f->support_refresh = 1;
     f->keeps_history = plan->history;
     f->kernels = fv_kernels_for(tracer->isa, plan->variant);
     fv_plan_take(plan, f, workers->count);

@@ -361,7 +361,7 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
     f->support_plane = f->stride / f->spacing * (f->rows / f->spacing);
     f->scratch = fv_arena_take(fv_arena(), "worker scratch", (size_t)workers * sizeof *f->scratch, 64);
     f->noise = p->noise ? fv_noise() : NULL;
-    if (!p->history && !(p->needs & FV_NEEDS_DENSITIES)) return;
+    if (!fv_plan_remembers(p)) return;
     f->state = fv_arena_take(fv_arena(), "tiles", (size_t)f->tiles * sizeof *f->state, 64);
     /* Nothing is history yet, wherever a tile turns out coarse; and without history nothing is held. */
     uint8_t holds = p->history ? FV_HELD_ALL : 0;

@@ -24,6 +24,12 @@ struct fv_plan {
     struct fv_plan_row row[FV_PLAN_ROWS_MAX];
 };
 
+/* What a frame shows depends on the ones before: those need to have been rendered, from a restart on. */
+static inline bool fv_plan_remembers(const struct fv_plan *plan)
+{
+    return plan->history || (plan->needs & FV_NEEDS_DENSITIES);
+}
+
 /* Decides; takes no memory. `frame` must have its sizes set (fv_frame_size). */
 void fv_plan_make(struct fv_plan *plan, const struct fv_method *method, const struct fv_scene *scene,
                   const struct fv_config *config, const struct fv_frame *frame);

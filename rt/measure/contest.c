@@ -83,7 +83,7 @@ double fv_contest_guess(struct fv_contest *c, struct fv_contender *contender, in
     struct fv_frame_record record;
     double ms[3];
     contender->plan.method->parameters(contender->loop.config, level, &parameters);
-    if (!contender->plan.history) return full * parameters.spp;
+    if (!fv_plan_remembers(&contender->plan)) return full * parameters.spp;
     contender->loop.level = level;
     fv_loop_restart(&contender->loop);
     for (int i = -2; i < 3; i++) {
@@ -190,6 +190,9 @@ static void describe(struct fv_measure_row *row, const struct fv_contender *cont
     struct fv_parameters p;
     contender->plan.method->parameters(contender->loop.config, row->level, &p);
     if (p.foveal.r0_deg >= 180) snprintf(row->parameters, sizeof row->parameters, "spp=%d", p.spp);
+    else if (p.refresh > 0)
+        snprintf(row->parameters, sizeof row->parameters, "r0=%.4g p_scale=%.4g refresh=%d ssaa=%d", (double)p.foveal.r0_deg,
+                 (double)p.p_scale, p.refresh, p.spp);
     else
         snprintf(row->parameters, sizeof row->parameters, "r0=%.4g r1=%.4g p_min=%.4g",
                  (double)p.foveal.r0_deg, (double)p.foveal.r1_deg, (double)p.foveal.p_min);
@@ -202,7 +205,7 @@ int fv_contest_run(struct fv_contest *c, struct fv_contender *contender,
     static struct tally t;
     struct fv_frame_record record;
     int timed = effort->timed, segments = effort->repeats * FV_SWEEP_SEGMENTS;
-    int first = contender->plan.history ? 0 : FV_SWEEP_FRAMES - timed;
+    int first = fv_plan_remembers(&contender->plan) ? 0 : FV_SWEEP_FRAMES - timed;
     t.times = t.full_times = t.pictures = 0;
     t.rays = t.sampled = 0;
     contender->loop.level = row->level;

@@ -171,7 +171,7 @@ const char *fv_sweep_key(const struct fv_sweep *s)
 static void plan_row(const struct fv_sweep *s, struct place *p, double most, double judging)
 {
     struct fv_contest_effort *e = &p->effort;
-    bool history = s->contender[p->method].plan.history;
+    bool history = fv_plan_remembers(&s->contender[p->method].plan);
     double own = FV_SWEEP_SEGMENTS * p->frame_seconds, full = FV_SWEEP_SEGMENTS * s->full_seconds;
     e->timed = history ? FV_SWEEP_TIMED : (int)fmin(fmax((most - judging - full) / own, 2), FV_SWEEP_TIMED);
     own *= history ? FV_SWEEP_FRAMES : e->timed;

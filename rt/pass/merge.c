@@ -112,23 +112,29 @@ void fv_merge_nodes(struct fv_frame *f, const struct fv_tile *tile)
     int node_x = (int)(f->node[0] * (float)f->spacing), node_y = (int)(f->node[1] * (float)f->spacing);
     int side = FV_TILE / f->spacing, n = 0;
     uint32_t rows = 0;
-    for (int y = 0; y < side; y++) rows |= 1u << ((y * f->spacing + node_y) >> tile->density);
+    int64_t first = tile->y0 / f->spacing * (f->stride / f->spacing) + tile->x0 / f->spacing;
+    for (int y = 0; y < side; y++)
+        for (int x = 0; x < side; x++)
+            if (!(seen[first + y * (f->stride / f->spacing) + x] & FV_SURFACE_OLD))
+                rows |= 1u << ((y * f->spacing + node_y) >> tile->density);
+    if (!rows) return;
     take_bounds(f, tile, rows);
     for (int y = 0; y < side; y++)
-        for (int x = 0; x < side; x++, n++) {
-            int64_t node = (tile->y0 / f->spacing + y) * (f->stride / f->spacing) + tile->x0 / f->spacing + x;
+        for (int x = 0; x < side; x++) {
+            int64_t node = first + y * (f->stride / f->spacing) + x;
+            if (seen[node] & FV_SURFACE_OLD) continue;
             int column = (x * f->spacing + node_x) >> tile->density, row = (y * f->spacing + node_y) >> tile->density;
             at[n] = fv_tile_row(f, tile, row) + column;
             for (int p = 0; p < f->planes; p++) {
                 s->pixel[p][n] = colour[p * f->support_plane + node];
                 s->merged_colour[p][n] = raster->colour[p * raster->plane + at[n]];
             }
-            inverse_depth[n] = seen[node] & FV_SURFACE_OLD ? FV_DEPTH_UNKNOWN : depth[node];
+            inverse_depth[n] = depth[node];
             surface[n] = seen[node];
             s->merged_cache[n] = raster->cache[at[n]];
             s->replaced[n] = 0;
             s->nearest[n] = s->tile_nearest[row * FV_TILE + column];
-            s->farthest[n] = s->tile_farthest[row * FV_TILE + column];
+            s->farthest[n++] = s->tile_farthest[row * FV_TILE + column];
         }
     for (int i = n; i < BLOCK_PIXELS; i++) inverse_depth[i] = FV_DEPTH_UNKNOWN, surface[i] = 0;
     merge(f, tile, n, s->pixel, inverse_depth, surface);
@@ -147,7 +153,7 @@ static uint32_t coarse_cache(const uint32_t *upper, const uint32_t *lower)
 }
 
 /* Of a tile, into the raster of a higher density: what lies next to the tile of it that is dx to the right and dy
- * below. */
+ * below; all of it where both are 0. */
 static void border(struct fv_frame *f, const struct fv_tile *tile, int density, int dx, int dy)
 {
     const struct fv_raster *own = fv_tile_raster(f, tile), *denser = &f->raster[density][tile->eye];
@@ -163,7 +169,7 @@ static void border(struct fv_frame *f, const struct fv_tile *tile, int density, 
     }
 }
 
-void fv_merge_borders(struct fv_frame *f, const struct fv_tile *tile)
+static void borders(struct fv_frame *f, const struct fv_tile *tile)
 {
     int column = tile->x0 / FV_TILE, row = tile->y0 / FV_TILE;
     for (int dy = -1; dy <= 1; dy++)
@@ -207,8 +213,13 @@ static void halve(struct fv_frame *f, const struct fv_tile *tile, int density)
 void fv_merge_coarse(struct fv_frame *f, const struct fv_tile *tile)
 {
     if (!f->raster[FV_COARSEST][tile->eye].colour) return;
-    fv_merge_borders(f, tile);
+    borders(f, tile);
     fv_merge_halve(f, tile, tile->density);
+}
+
+void fv_merge_double(struct fv_frame *f, const struct fv_tile *tile)
+{
+    for (int d = tile->density - 1; d >= FV_COARSE; d--) border(f, tile, d, 0, 0);
 }
 
 void fv_merge_halve(struct fv_frame *f, const struct fv_tile *tile, int density)

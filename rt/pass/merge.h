@@ -39,8 +39,8 @@ void fv_merge_filter(struct fv_frame *frame, const struct fv_tile *tile, uint64_
  * these tiles' history is interpolated with. */
 void fv_merge_coarse(struct fv_frame *frame, const struct fv_tile *tile);
 
-/* The borders alone. */
-void fv_merge_borders(struct fv_frame *frame, const struct fv_tile *tile);
+/* Colours of a tile of the coarsest density into the coarse raster: whatever lies next to it finds them there. */
+void fv_merge_double(struct fv_frame *frame, const struct fv_tile *tile);
 
 /* What the raster of that density shows of the tile, into the coarser ones. */
 void fv_merge_halve(struct fv_frame *frame, const struct fv_tile *tile, int density);

@@ -66,6 +66,7 @@ struct fv_pyramid {
     bool foveated;    /* else every pixel is traced, from its start */
     bool minimum;     /* starts are the least of 3 x 3 distances, not those of cones */
     bool blur;        /* across the mask's edge */
+    bool cut;         /* frames may be: tiles that were left out are shown at lower levels */
     int spp_passed;   /* samples of lower levels' pixels in which something lies that their ray passed by */
     float edge;       /* relative step of distance that is an edge */
     float lowest_deg; /* eccentricity beyond which colour comes from the lowest level */

@@ -115,8 +115,8 @@ static int trace_passed(struct fv_frame *f, const struct fv_tile *tile, uint32_t
     return p.count * f->pyramid.spp_passed;
 }
 
-/* Blocks of the tile's raster: traced, and put there. */
-static int trace_blocks(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks, int spp)
+/* Blocks of the tile's raster: traced, and put there. `passed`: what rays passed by is looked for. */
+static int trace_blocks(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks, int spp, bool passed)
 {
     if (!blocks) return 0;
     fv_tile_place(f, tile, blocks);
@@ -124,7 +124,7 @@ static int trace_blocks(struct fv_frame *f, const struct fv_tile *tile, uint64_t
     uint32_t copy[FV_SAMPLES_MAX], *colour = fv_tile_raster(f, tile)->colour;
     const uint32_t *pixel = copy;
     memcpy(copy, f->scratch[tile->worker].pixel[FV_PLANE_BASE], (size_t)n * sizeof *copy);
-    if (tile->density != FV_FINE && !f->pyramid.minimum && f->pyramid.spp_passed > spp) rays += trace_passed(f, tile, copy);
+    if (passed && !f->pyramid.minimum && f->pyramid.spp_passed > spp) rays += trace_passed(f, tile, copy);
     for (; blocks; blocks &= blocks - 1)
         for (int y = 0; y < FV_BLOCK; y++, pixel += FV_BLOCK) {
             uint32_t *row = colour + fv_block_row(f, tile, __builtin_ctzll(blocks), y);
@@ -173,21 +173,22 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     bool fine = tile->density == FV_FINE;
     if (fine) lower.density = FV_COARSE;
     bool again = due(f, tile, lower.density);
-    int rays = fine ? trace_blocks(f, tile, masked, f->parameters.spp) : 0;
+    int rays = fine ? trace_blocks(f, tile, masked, f->parameters.spp, false) : 0;
     if (again) {
         uint64_t blocks = fv_tile_inside(f, &lower);
-        rays += trace_blocks(f, &lower, fine ? blocks & middle_blocks(masked) : blocks, f->parameters.spp_middle);
+        rays += trace_blocks(f, &lower, fine ? blocks & middle_blocks(masked | ~fv_tile_inside(f, tile)) : blocks, f->parameters.spp_middle, true);
     }
-    if (fine) halve_masked(f, tile, masked);
-    if (f->pyramid.foveated) {
-        fv_merge_borders(f, tile);
+    if (fine && (f->pyramid.foveated || f->pyramid.cut)) halve_masked(f, tile, masked);
+    if (f->pyramid.foveated || f->pyramid.cut) {
+        fv_merge_double(f, tile);
         fv_merge_halve(f, tile, lower.density);
     }
     f->state[tile->index].holds[0] = (uint8_t)(FV_HELD_ALL << lower.density);
     return rays;
 }
 
-/* What stood there, where anything did; else the lowest level. */
+/* What stood there, where anything did; else the lowest level, once a pixel. Neighbours may be looking at what stands
+ * there when they are composed and shown: nothing is left that is of another frame. */
 static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 {
     struct fv_tile_state *state = &f->state[tile->index];
@@ -195,7 +196,8 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
     ((uint64_t *)f->buffer[FV_MASKED][0])[tile->index] = 0;
     if (!(state->holds[0] >> FV_COARSEST & 1)) {
         lowest.density = FV_COARSEST;
-        trace_blocks(f, &lowest, fv_tile_inside(f, &lowest), 1);
+        trace_blocks(f, &lowest, fv_tile_inside(f, &lowest), 1, false);
+        fv_merge_double(f, &lowest);
         state->holds[0] = 1 << FV_COARSEST;
     }
     state->density = state->holds[0] >> FV_COARSE & 1 ? FV_COARSE : FV_COARSEST;

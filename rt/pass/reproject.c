@@ -147,6 +147,8 @@ static void copy_pixel(const struct fv_frame *f, const struct fv_tile *tile, int
     raster->colour[to] = source->history_colour[from] & FV_PIXEL_COLOUR;
     for (int p = FV_PLANE_ALBEDO; p < f->planes; p++)
         raster->colour[p * raster->plane + to] = source->history_colour[p * source->plane + from];
+    /* What is blurred counts as one old sample at most. */
+    if (source != raster) cache = (cache & ~0xff7fu) | FV_CACHE_OLDEST | (cache >> 8 & 255 ? 1 << 8 : 0);
     raster->cache[to] = cache + ((cache & FV_CACHE_OLDEST) < FV_CACHE_OLDEST);
 }
 

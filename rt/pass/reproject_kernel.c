@@ -204,7 +204,9 @@ static inline unsigned carry(const struct fv_reproject_tile *t, const struct sou
     for (int c = 0; c < t->coarsers && vi_any(absent & ~best.good); c++) {
         const struct source *coarse = s + 1 + c;
         struct place other = find(t, coarse, v);
+        vi none = cache_none(other.cache);
         other.good &= absent;
+        absent &= none | other.good;
         take_over(t, coarse, t->coarser[c]->plane, &other, &best, &colour, &apart);
     }
     unsigned missing = finish(t, v, &best, colour);

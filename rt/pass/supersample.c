@@ -37,6 +37,7 @@ void fv_samples_trace_mean(struct fv_frame *f, const struct fv_tile *tile, int s
         for (int c = 0; c < 3; c++)
             for (int i = 0; i < n; i++) sum[c][i] += channel[c][i];
     }
+    for (int i = 0; i < n; i++) samples->x[i] -= size * before[0], samples->y[i] -= size * before[1];
     for (int c = 0; c < 3; c++)
         for (int i = 0; i < n; i++) channel[c][i] = sum[c][i] / (float)spp;
     f->kernels->encode(samples->red, samples->green, samples->blue, f->tracer->data->exposure,

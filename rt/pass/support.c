@@ -205,6 +205,10 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
         uint32_t cache = coarse->history_cache[at];
         /* Whose motion it has is not kept. */
         int surface = cache & FV_CACHE_MOVING ? FV_SURFACE_VIEW | FV_SURFACE_OLD : FV_SURFACE_OLD;
+        /* Mirrors and glass stay such until they are traced again. */
+        const uint8_t *before = f->buffer[FV_SUPPORT_HISTORY_SURFACE][tile->eye];
+        if (before && f->spacing == f->spacing_before)
+            surface |= before[(nodes.y0 + y) * nodes.stride + nodes.x0 + x] & (FV_SURFACE_VIEW | FV_SURFACE_GRAZING);
         uint32_t colour[FV_PLANES];
         for (int p = 0; p < f->planes; p++) colour[p] = coarse->history_colour[p * coarse->plane + at] & FV_PIXEL_COLOUR;
         store(f, tile, &nodes, i, colour, cache_depth_of(cache), surface);

@@ -106,6 +106,7 @@ static struct counts run(const struct shown *t)
     fv_frame_size(&b.loop.frame, &b.config);
     fv_plan_make(&b.plan, fv_method_find("reproject"), &b.scene, &b.config, &b.loop.frame);
     fv_loop_open(&b.loop, &b.config, &b.plan, &b.tracer, &b.workers, &b.session, 1);
+    b.loop.frame.support_refresh = atoi(strchr(t->refresh, '=') + 1); /* also where objects move */
     const double gaze[2][3] = {{0.1, -0.1, -0.98}, {0.1, -0.1, -0.98}};
     for (int i = 0; i < FRAMES; i++) {
         struct fv_pose stand, turn = {{0, 0, 0}, {1, 0, 0, 0}}, head;
