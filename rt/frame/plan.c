@@ -354,6 +354,7 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
     for (int b = 0; b < FV_BUFFERS; b++) {
         if (!(p->buffers & FV_BIT(b))) continue;
         char *bytes = fv_arena_take(fv_arena(), buffer_names[b], (size_t)p->bytes[b], 4096);
+        memset(bytes, 0, (size_t)p->bytes[b]); /* touched now: the first frames would pay for it */
         f->buffer[b][0] = bytes;
         if (f->eyes == 2 && b != FV_SELECTED && b != FV_RESAMPLED && b != FV_MASKED) f->buffer[b][1] = bytes + p->bytes[b] / 2;
     }
