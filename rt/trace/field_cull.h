@@ -7,11 +7,11 @@
 #include "rt/trace/simd.h"
 #include "rt/trace/tracer.h"
 
-/* Rays origin + t * direction, t from `from` to `far`, in lanes of `mask`. `wide`: for cones, what their radius
- * grows by with t (m); 0 for rays. */
+/* Rays origin + t * direction, t from `from` to `far`, in lanes of `mask`. What lies within `base` + t * `wide` (m) of
+ * them is met: of rays what counts as a hit, of cones their radius with it. Never negative up to far. */
 struct field_rays {
     vf3 origin, direction;
-    vf from, far, wide, length; /* length: of the direction, not 0 */
+    vf from, far, base, wide, length; /* length: of the direction, not 0 */
     vi mask;
 };
 
@@ -46,15 +46,15 @@ static inline struct field_cone field_cone_of(const struct field_rays *r)
     c.any = !vi_any(r->mask & ~(ahead > 0.2f * r->length));
     if (!c.any) return c;
     vf growth = (vf_root(vf_dot(aside, aside)) * 1.00001f + r->wide) / ahead;
-    c.growth = vf_most(vf_select(r->mask, growth, zero));
-    c.base = vf_most(vf_select(r->mask, vf_root(vf_dot(off, off)), zero));
+    c.growth = vf_most(vf_select(r->mask, vf_max(growth, zero), zero));
+    c.base = vf_most(vf_select(r->mask, vf_root(vf_dot(off, off)) + r->base, zero));
     c.reach = vf_most(vf_select(r->mask, r->far * r->length, zero));
     memcpy(c.apex, apex, sizeof apex);
     memcpy(c.axis, axis, sizeof axis);
     return c;
 }
 
-/* Bits of the parts first, first + 1, ... whose balls, with what counts as a hit around them, the cone meets. */
+/* Bits of the parts first, first + 1, ... whose balls the cone meets. */
 static inline unsigned field_meets(const struct fv_fields *f, int first, const struct field_cone *c)
 {
     vf radius = vf_load(f->radius + first);
@@ -62,13 +62,13 @@ static inline unsigned field_meets(const struct fv_fields *f, int first, const s
     vf d2 = vf_dot(way, way), distance = vf_root(d2), along = vf_dot(way, vf3_of(c->axis));
     vf aside = vf_root(vf_max(d2 - along * along, vf_of(0)));
     /* Rounding of `aside` is within 2e-3 of the way where that is near the axis: of it all, 1e-6 in the square. */
-    radius = radius * 1.0002f + (distance + 1.0f) * (1.05f * FV_FIELD_HIT);
+    radius *= 1.0002f;
     vf widest = c->base + c->growth * vf_max(along + radius, vf_of(0)) + distance * 1e-3f;
-    vi meets = (aside <= radius + widest) & (along >= -radius - c->base) & (distance - radius - c->base <= c->reach);
+    vi meets = (aside <= radius + widest) & (along >= -radius - c->base) & (distance - radius - widest <= c->reach);
     return vi_bits(meets | (vf_load(f->radius + first) > 1e30f));
 }
 
-/* A ray's way through a part's box, whose faces move outward with t as fast as hits are widened. */
+/* A ray's way through a part's box, whose faces move outward with t as fast as rays widen. */
 struct field_slabs {
     vf3 low_start, high_start;     /* face - start over rate is where the ray passes it */
     vf3 low_rate, high_rate;       /* inverse */
@@ -82,9 +82,8 @@ static inline vf field_rate(vf rate)
 
 static inline struct field_slabs field_slabs_of(const struct field_rays *r)
 {
-    vf grow = r->length * (1.01f * FV_FIELD_HIT) + r->wide;
+    vf hit = 1.01f * r->base, grow = vf_max(1.01f * r->wide, r->wide);
     const vf3 *o = &r->origin, *d = &r->direction;
-    const float hit = 1.01f * FV_FIELD_HIT;
     return (struct field_slabs){
         .low_start = {o->x + hit, o->y + hit, o->z + hit}, .high_start = {o->x - hit, o->y - hit, o->z - hit},
         .low_rate = {field_rate(d->x + grow), field_rate(d->y + grow), field_rate(d->z + grow)},

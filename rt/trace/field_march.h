@@ -36,15 +36,14 @@ static inline vf field_step(struct field_steps *s, vf radius, enum fv_stepping s
     return vf_select(*back, s->radius - s->step, longer);
 }
 
-/* The first surface of each ray: where the field is less than FV_FIELD_HIT of the way and FV_FIELD_HIT more. A ray
- * that begins inside hits at once; one that takes method.march_steps steps meets nothing. */
+/* The first surface of each ray: where the field is less than base + t * wide. A ray that begins inside hits at once; one that takes method.march_steps steps meets nothing. */
 static __attribute__((noinline)) void field_march(const struct fv_tracer *tracer, const struct field_rays *r,
                                                   int64_t *rays, struct field_hit *out)
 {
     const struct fv_fields *f = &tracer->data->fields;
     struct field_way w;
     struct field_steps s = {vf_of(0), vf_of(0), vf_of(field_relaxation)};
-    vf inverse = 1.0f / r->length, threshold = r->length * FV_FIELD_HIT;
+    vf inverse = 1.0f / r->length;
     int64_t steps = 0;
     int left = tracer->march_steps;
     *out = (struct field_hit){.hit = vi_of(0), .part = vi_of(0), .t = r->far};
@@ -54,7 +53,7 @@ static __attribute__((noinline)) void field_march(const struct fv_tracer *tracer
         steps += __builtin_popcount(vi_bits(w.live));
         vf next, d = field_nearest(&w, f, &part, &next), step = vf_max(d, vf_of(0));
         if (tracer->stepping != FV_STEPPING_PLAIN) step = field_step(&s, step, tracer->stepping, &back);
-        vi hit = w.live & ~back & (w.t <= r->far) & (d < w.t * threshold + FV_FIELD_HIT);
+        vi hit = w.live & ~back & (w.t <= r->far) & (d < r->base + w.t * r->wide);
         out->hit |= hit;
         out->part = vi_select(hit, part, out->part);
         out->t = vf_select(hit, w.t, out->t);

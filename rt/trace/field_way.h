@@ -7,12 +7,14 @@
 #include "rt/trace/field_eval.h"
 #include "rt/trace/rays.h"
 
-/* From t = 0 on. Rays of no direction, or of one that is no number, are none. */
+/* From t = 0 on; hits are FV_FIELD_HIT of the way and FV_FIELD_HIT more. Rays of no direction, or of one that is no
+ * number, are none. */
 static inline struct field_rays field_rays_of(vf3 origin, vf3 direction, vi mask)
 {
     vf length = vf_root(vf_dot(direction, direction)), zero = vf_of(0);
     vi good = (length > 1e-12f) & (length < 1e12f);
-    return (struct field_rays){origin, direction, zero, zero, zero, vf_select(good, length, vf_of(1)), mask & good};
+    length = vf_select(good, length, vf_of(1));
+    return (struct field_rays){origin, direction, zero, zero, vf_of(FV_FIELD_HIT), length * FV_FIELD_HIT, length, mask & good};
 }
 
 /* A packet on its way. Parts [0, active) of `now` are those that any ray is in the reach of. */

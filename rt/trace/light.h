@@ -56,7 +56,13 @@ static inline vf3 light_surface(const struct shading *shading, struct surface *s
     for (int i = 0; i < scene->lights; i++) {
         if (is(&light_of[i], FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) continue;
         vf3 l = towards(&lit, &light_of[i], &way, &far, &irradiance);
-        reached[i] = unshadowed(&lit, way, far, faces(s, l, vi_of(-1)), true);
+        reached[i] = faces(s, l, vi_of(-1));
+        float left = __builtin_inff();
+        if (FV_FIELDS && primary && shading->shade) {
+            left = shading->shade->left[i][shading->packet];
+            if (shading->shade->blocked[i] >> shading->packet & 1) reached[i] = vi_of(0);
+        }
+        reached[i] = unshadowed(&lit, way, far, left, reached[i], true);
     }
     surface_fetch(s, scene);
     lit.sum = s->emission;

@@ -4,6 +4,7 @@
 #define FV_TRACE_LIT_H
 
 #include "rt/fovea/foveal.h"
+#include "rt/trace/field_shade.h"
 #include "rt/trace/rays.h"
 #include "rt/trace/surface.h"
 
@@ -15,6 +16,8 @@ struct shading {
     vf random1, random2; /* in [0, 1), one a lane */
     int fewer;           /* struct fv_samples */
     int64_t *rays;       /* by enum fv_ray_kind */
+    const struct field_shade *shade; /* of primary rays' hits in fields, NULL: none */
+    int packet;                      /* of shade */
 };
 
 /* The normalised Phong lobe towards the viewer for light from unit direction l, times the cosine.
@@ -49,14 +52,16 @@ static inline vi faces(const struct surface *s, vf3 l, vi mask)
     return mask & s->hit & (vf_dot(s->geometric, l) > 0.0f) & (vf_dot(s->normal, l) > 0.0f);
 }
 
-/* Lanes of `mask` from whose start + way (up to `far` of it) nothing is in between. `coherent`: a hint. */
-static inline vi unshadowed(const struct lit *lit, vf3 way, vf far, vi mask, bool coherent)
+/* Lanes of `mask` from whose start + way (up to `far` of it, in fields up to `left`) nothing is in between.
+ * `coherent`: a hint. */
+static inline vi unshadowed(const struct lit *lit, vf3 way, vf far, float left, vi mask, bool coherent)
 {
     unsigned bits = vi_bits(mask);
     if (!bits) return mask;
     lit->shading->rays[FV_RAY_SHADOW] += __builtin_popcount(bits);
     struct fv_ray_context context = packet_context(coherent, lit->surface->footprint[__builtin_ctz(bits)], 0);
     context.rays = lit->shading->rays;
+    context.left = left;
     return mask & ~packet_occluded(lit->shading->tracer, &context, lit->start, way, far, mask);
 }
 

@@ -39,6 +39,7 @@ static inline struct fv_ray_context packet_context(bool coherent, float base, fl
     c.base = base;
     c.growth = growth;
     c.start = NULL;
+    c.left = __builtin_inff();
     c.rays = NULL;
     return c;
 }
@@ -191,10 +192,10 @@ static inline vi packet_occluded(const struct fv_tracer *tracer, struct fv_ray_c
     vi occluded = vi_of(0);
     if (FV_MESHES && tracer->data->triangles > 0)
         occluded = packet_occluded_meshes(tracer, context, origin, direction, far, mask);
-    if (tracer->data->fields.parts == 0 || !vi_any(mask & ~occluded)) return occluded;
+    if (tracer->data->fields.parts == 0 || context->left < 0 || !vi_any(mask & ~occluded)) return occluded;
     struct field_hit f;
     struct field_rays r = field_rays_of(origin, direction, mask & ~occluded);
-    r.far = vf_min(far, tracer->march_far / r.length);
+    r.far = vf_min(vf_min(far, vf_of(context->left)), tracer->march_far / r.length);
     field_march(tracer, &r, context->rays, &f);
     return occluded | f.hit;
 }

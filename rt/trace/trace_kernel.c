@@ -119,16 +119,22 @@ static void secondary(const struct shading *shading, const struct surface *s, vf
     place_image(s, direction, mirror & ~glass, glass, weight, &other, seen);
 }
 
-static void look(const struct shading *shading, const struct rays *r, int depth, struct parted *parted,
-                 struct seen *seen)
+static inline struct packet_hit meet(const struct shading *shading, const struct rays *r)
 {
-    const struct fv_tracer *tracer = shading->tracer;
-    const struct fv_scene *scene = tracer->data;
     int first = __builtin_ctz(vi_bits(r->mask));
     struct fv_ray_context context = packet_context(r->coherent, r->base[first], r->growth[first]);
     context.start = r->start;
     context.rays = shading->rays;
-    struct packet_hit hit = packet_intersect(tracer, &context, r->origin, r->direction, r->mask);
+    return packet_intersect(shading->tracer, &context, r->origin, r->direction, r->mask);
+}
+
+/* What is seen of what the rays met. */
+static inline void look_at(const struct shading *shading, const struct rays *r, const struct packet_hit *met, int depth,
+                           struct parted *parted, struct seen *seen)
+{
+    const struct fv_tracer *tracer = shading->tracer;
+    const struct fv_scene *scene = tracer->data;
+    struct packet_hit hit = *met;
     vf3 sky = vf3_of(scene->sky), zero = {vf_of(0), vf_of(0), vf_of(0)};
     vi object = FV_FEATURES & FV_SCENE_MOVING ? hit.object : vi_of(0);
     *seen = (struct seen){.radiance = sky, .depth = hit.t, .surface = object, .geometric = zero};
@@ -141,6 +147,13 @@ static void look(const struct shading *shading, const struct rays *r, int depth,
         secondary(shading, &s, r->direction, depth, seen);
     seen->radiance = vf3_select(hit.hit, seen->radiance, sky);
     seen->geometric = vf3_select(hit.hit, s.geometric, zero);
+}
+
+static void look(const struct shading *shading, const struct rays *r, int depth, struct parted *parted,
+                 struct seen *seen)
+{
+    struct packet_hit hit = meet(shading, r);
+    look_at(shading, r, &hit, depth, parted, seen);
 }
 
 /* Two numbers in [0, 1) from the blue-noise mask at the sample's pixel, turned by the seed. */
@@ -195,29 +208,77 @@ static vf3 axis_of(const struct fv_view *view)
     return vf3_of((float[3]){(float)ahead[0], (float)ahead[1], (float)ahead[2]});
 }
 
+static inline struct rays rays_of(const struct fv_view *view, const struct fv_samples *samples, int i)
+{
+    vf x = vf_load(samples->x + i), y = vf_load(samples->y + i);
+    vf3 across = vf3_scale(vf3_of(view->dx), x), along = vf3_scale(vf3_of(view->dy), y);
+    return (struct rays){.origin = vf3_of(view->origin),
+                         .direction = vf3_add(vf3_of(view->corner), vf3_add(across, along)),
+                         .mask = vi_lanes() < samples->count - i,
+                         .base = vf_of(0), .growth = vf_of(view->pixel_size), .coherent = true, .primary = true,
+                         .start = samples->started ? samples->start + i : NULL};
+}
+
+/* The samples' list under way. */
+struct list {
+    struct fv_samples *samples;
+    uint32_t seed;
+    bool sampled, split;
+    vf3 axis;
+};
+
+/* The packet from sample i on, of what it met; NULL: not yet looked for. */
+static inline void trace_packet(struct shading *shading, const struct list *list, int i, const struct rays *r,
+                                const struct packet_hit *met)
+{
+    const struct fv_tracer *tracer = shading->tracer;
+    struct fv_samples *samples = list->samples;
+    struct parted parted = {0};
+    struct seen seen;
+    if (list->sampled) randomise(shading, vf_load(samples->x + i), vf_load(samples->y + i), list->seed);
+    if (met) look_at(shading, r, met, tracer->depth, list->split ? &parted : NULL, &seen);
+    else look(shading, r, tracer->depth, list->split ? &parted : NULL, &seen);
+    vi known = sound(seen.radiance);
+    if (list->split) known &= sound(parted.light);
+    store_samples(samples, i, &seen, known, list->axis, tracer->epsilon_grazing);
+    if (list->split) store_parted(samples, i, &parted, known);
+}
+
+/* As many packets at once as one has lanes: what they met first, then what shades it. */
+static void trace_shaded(struct shading *shading, const struct fv_view *view, const struct list *list)
+{
+    struct field_shade shade;
+    struct field_ball ball[FV_WIDTH];
+    struct packet_hit met[FV_WIDTH];
+    struct rays r[FV_WIDTH];
+    for (int i = 0; i < list->samples->count; i += FV_WIDTH * FV_WIDTH) {
+        int left = (list->samples->count - i + FV_WIDTH - 1) / FV_WIDTH, packets = left < FV_WIDTH ? left : FV_WIDTH;
+        for (int k = 0; k < packets; k++) {
+            r[k] = rays_of(view, list->samples, i + k * FV_WIDTH);
+            met[k] = meet(shading, &r[k]);
+            ball[k] = field_ball_of(&met[k], r[k].origin, r[k].direction);
+        }
+        field_shade_find(shading->tracer, ball, packets, shading->rays, &shade);
+        shading->shade = &shade;
+        for (shading->packet = 0; shading->packet < packets; shading->packet++)
+            trace_packet(shading, list, i + shading->packet * FV_WIDTH, &r[shading->packet], &met[shading->packet]);
+    }
+}
+
 void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
                    uint32_t seed, int64_t *rays)
 {
     struct shading shading = {.tracer = tracer, .rays = rays, .fewer = samples->fewer};
     int64_t counted = rays[FV_RAY_PRIMARY] + samples->count;
-    uint32_t sampled = tracer->data->features & FV_FEATURES & FV_SCENE_STOCHASTIC;
-    bool split = sampled && samples->split;
-    vf3 corner = vf3_of(view->corner), dx = vf3_of(view->dx), dy = vf3_of(view->dy), axis = axis_of(view);
-    for (int i = 0; i < samples->count; i += FV_WIDTH) {
-        vf x = vf_load(samples->x + i), y = vf_load(samples->y + i);
-        struct rays r = {.origin = vf3_of(view->origin),
-                         .direction = vf3_add(corner, vf3_add(vf3_scale(dx, x), vf3_scale(dy, y))),
-                         .mask = vi_lanes() < samples->count - i,
-                         .base = vf_of(0), .growth = vf_of(view->pixel_size), .coherent = true, .primary = true,
-                         .start = samples->started ? samples->start + i : NULL};
-        struct parted parted = {0};
-        struct seen seen;
-        if (sampled) randomise(&shading, x, y, seed);
-        look(&shading, &r, tracer->depth, split ? &parted : NULL, &seen);
-        vi known = sound(seen.radiance);
-        if (split) known &= sound(parted.light);
-        store_samples(samples, i, &seen, known, axis, tracer->epsilon_grazing);
-        if (split) store_parted(samples, i, &parted, known);
+    bool sampled = (tracer->data->features & FV_FEATURES & FV_SCENE_STOCHASTIC) != 0;
+    struct list list = {samples, seed, sampled, sampled && samples->split, axis_of(view)};
+    if (FV_FIELDS && samples->started && tracer->data->fields.parts > 0) {
+        trace_shaded(&shading, view, &list);
+    } else {
+        for (int i = 0; i < samples->count; i += FV_WIDTH) {
+            struct rays r = rays_of(view, samples, i);
+            trace_packet(&shading, &list, i, &r, NULL);
+        }
     }
     rays[FV_RAY_PRIMARY] = counted;
 }

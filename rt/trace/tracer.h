@@ -107,6 +107,7 @@ struct fv_ray_context {
     struct RTCIntersectContext embree; /* first */
     float base, growth;
     const float *start; /* of each lane, in fields; NULL: 0 */
+    float left;         /* of the way, up to where fields may shadow it; negative: nowhere */
     int64_t *rays;      /* where steps through fields are counted, by enum fv_ray_kind */
 };
 
