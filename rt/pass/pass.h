@@ -307,7 +307,7 @@ void fv_samples_trace(struct fv_frame *frame, const struct fv_tile *tile, int fe
 
 /* Traces and encodes the mean of spp samples of each pixel that the worker's samples stand in. One goes through the
  * pixel's centre; more are spread over sqrt(spp) x sqrt(spp) strata (spp that is no square: a rank-1 lattice), the
- * same for every pixel, so that packets stay coherent. */
+ * same for every pixel. inverse_depth becomes that of each pixel's nearest sample. */
 void fv_samples_trace_mean(struct fv_frame *frame, const struct fv_tile *tile, int spp);
 
 /* Places and traces them. */

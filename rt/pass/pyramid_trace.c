@@ -9,11 +9,10 @@
 
 enum { BLOCK_PIXELS = FV_BLOCK * FV_BLOCK };
 
-/* Where a pixel's rays begin: its block's start, or, of distances, the least of it and those around it. */
-static float start_of(const struct fv_frame *f, int eye, float px, float py)
+/* The least start of a pixel's block and those around it. */
+static float least_of(const struct fv_frame *f, int eye, float px, float py)
 {
     int x = (int)px / FV_BLOCK, y = (int)py / FV_BLOCK;
-    if (!f->pyramid.minimum) return fv_start_at(f, eye, x, y);
     int columns = (f->width + FV_BLOCK - 1) / FV_BLOCK, rows = (f->height + FV_BLOCK - 1) / FV_BLOCK;
     float least = INFINITY;
     for (int j = y > 0 ? y - 1 : 0; j <= y + 1 && j < rows; j++)
@@ -26,11 +25,16 @@ static int shade(struct fv_frame *f, const struct fv_tile *tile, int spp)
 {
     struct fv_worker_scratch *w = &f->scratch[tile->worker];
     struct fv_samples *s = &w->samples;
-    for (int i = 0; i < s->count; i++) s->start[i] = start_of(f, tile->eye, s->x[i], s->y[i]);
+    if (f->pyramid.minimum)
+        for (int i = 0; i < s->count; i++) s->start[i] = least_of(f, tile->eye, s->x[i], s->y[i]);
+    else
+        for (int i = 0; i < s->count; i++)
+            s->start[i] = fv_start_at(f, tile->eye, (int)s->x[i] / FV_BLOCK, (int)s->y[i] / FV_BLOCK);
     s->started = true;
     if (spp >= 4 && !f->pyramid.minimum)
         f->kernels->starts(f->tracer, &f->view[tile->eye], s, fv_reach_px(1 << tile->density), w->rays);
-    fv_samples_trace_mean(f, tile, spp);
+    if (spp > 1) fv_samples_trace_mean(f, tile, spp);
+    else fv_samples_trace(f, tile, 1);
     s->started = false;
     return s->count * spp;
 }
