@@ -11,8 +11,9 @@ struct field_cones {
 
 /* Cones stop once the distance is less than half their radius more than it: shorter steps would cost more than what
  * they save the rays. Of those that stopped, `deeper` further steps ask whether they are blocked. */
-static __attribute__((noinline)) void field_cones(const struct fv_tracer *tracer, const struct field_rays *r, int deeper,
-                                                  int64_t *rays, struct field_cones *out)
+static __attribute__((noinline)) void field_cones(const struct fv_tracer *tracer, const struct field_rays *r,
+                                                  const struct field_kept *kept, int deeper, int64_t *rays,
+                                                  struct field_cones *out)
 {
     const float share = 0.5f;
     const struct fv_fields *f = &tracer->data->fields;
@@ -22,7 +23,7 @@ static __attribute__((noinline)) void field_cones(const struct fv_tracer *tracer
     int64_t steps = 0;
     int left = tracer->march_steps;
     *out = (struct field_cones){vf_of(__builtin_inff()), vi_of(0)};
-    field_begin(&w, tracer, r);
+    field_begin(&w, r, kept);
     for (; field_reach(&w) && left > 0; left--) {
         vi part;
         steps += __builtin_popcount(vi_bits(w.live));

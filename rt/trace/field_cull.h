@@ -15,16 +15,42 @@ struct field_rays {
     vi mask;
 };
 
-/* Parts that the packet may meet, by where it first does: t in [enter, exit] of any of its rays, from `near` on for
- * each (infinite where it does not at all). */
+/* A part that a packet may meet: t in [near, far] of each ray (near is infinite where it does not), [enter, exit] of
+ * any. */
+struct field_met {
+    vf near, far;
+    int part;
+    float enter, exit;
+};
+
+/* Those of a packet, by where it first meets them. */
 struct field_kept {
     int count;
-    struct {
-        vf near;
-        int part;
-        float enter, exit;
-    } at[FV_FIELD_PARTS_MAX];
+    struct field_met at[FV_FIELD_PARTS_MAX];
 };
+
+/* Parts that are all that a packet may meet. */
+struct field_few {
+    int count;
+    int16_t part[FV_FIELD_PARTS_MAX];
+};
+
+/* Of those that a cone meets, its lane's, where they are not behind `from` nor beyond `to`. */
+static inline void field_few_of(const struct field_met *met, int count, int lane, float from, float to, struct field_few *few)
+{
+    few->count = 0;
+    for (int i = 0; i < count; i++) {
+        float near = met[i].near[lane], far = met[i].far[lane];
+        if (near <= far && far >= from && near <= to) few->part[few->count++] = (int16_t)met[i].part;
+    }
+}
+
+static inline void field_insert(struct field_kept *kept, struct field_met met)
+{
+    int i = kept->count++;
+    for (; i > 0 && kept->at[i - 1].enter > met.enter; i--) kept->at[i] = kept->at[i - 1];
+    kept->at[i] = met;
+}
 
 /* A cone around the packet: of rays within `base` + `growth` * s of the axis at the length s along it. */
 struct field_cone {
@@ -111,13 +137,9 @@ static inline void field_keep(const struct field_rays *r, const struct field_sla
     far *= 1.0f + 1e-5f;
     vi meets = r->mask & (near <= far);
     if (!vi_any(meets)) return;
-    float enter = vf_least(vf_select(meets, near, inf)), exit = vf_most(vf_select(meets, far, -inf));
-    int i = kept->count++;
-    for (; i > 0 && kept->at[i - 1].enter > enter; i--) kept->at[i] = kept->at[i - 1];
-    kept->at[i].near = vf_select(meets, near, inf);
-    kept->at[i].part = part;
-    kept->at[i].enter = enter;
-    kept->at[i].exit = exit;
+    near = vf_select(meets, near, inf);
+    far = vf_select(meets, far, -inf);
+    field_insert(kept, (struct field_met){near, far, part, vf_least(near), vf_most(far)});
 }
 
 static inline void field_cull(const struct fv_tracer *tracer, const struct field_rays *r, struct field_kept *kept)
@@ -125,7 +147,6 @@ static inline void field_cull(const struct fv_tracer *tracer, const struct field
     const struct fv_fields *f = &tracer->data->fields;
     struct field_slabs slabs = field_slabs_of(r);
     struct field_cone cone = field_cone_of(r);
-    kept->count = 0;
     for (int first = 0; first < f->parts; first += FV_WIDTH) {
         unsigned all = f->parts - first < FV_WIDTH ? (1u << (f->parts - first)) - 1 : ~0u >> (32 - FV_WIDTH);
         unsigned bits = cone.any ? field_meets(f, first, &cone) & all : all;
@@ -136,16 +157,32 @@ static inline void field_cull(const struct fv_tracer *tracer, const struct field
     }
 }
 
-/* With culling off: all parts, everywhere. */
-static inline void field_keep_all(const struct fv_tracer *tracer, struct field_kept *kept)
+/* With method.culling off: all parts, everywhere. */
+static inline void field_find(const struct fv_tracer *tracer, const struct field_rays *r, struct field_kept *kept)
 {
-    kept->count = tracer->data->fields.parts;
-    for (int i = 0; i < kept->count; i++) {
-        kept->at[i].near = vf_of(-__builtin_inff());
-        kept->at[i].part = i;
-        kept->at[i].enter = -__builtin_inff();
-        kept->at[i].exit = __builtin_inff();
+    if (tracer->culling) {
+        kept->count = 0;
+        if (vi_any(r->mask)) field_cull(tracer, r, kept);
+        return;
     }
+    float inf = __builtin_inff();
+    kept->count = tracer->data->fields.parts;
+    for (int i = 0; i < kept->count; i++) kept->at[i] = (struct field_met){vf_of(-inf), vf_of(inf), i, -inf, inf};
+}
+
+/* The same of parts that are known to be all there is. */
+static inline void field_find_of(const struct fv_tracer *tracer, const struct field_rays *r, const struct field_few *few,
+                                 struct field_kept *kept)
+{
+    if (!tracer->culling) {
+        field_find(tracer, r, kept);
+        return;
+    }
+    kept->count = 0;
+    if (!vi_any(r->mask)) return;
+    struct field_slabs slabs = field_slabs_of(r);
+    for (int i = 0; i < few->count; i++)
+        field_keep(r, &slabs, &tracer->data->fields.part[few->part[i]], few->part[i], kept);
 }
 
 #endif

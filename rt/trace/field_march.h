@@ -36,24 +36,31 @@ static inline vf field_step(struct field_steps *s, vf radius, enum fv_stepping s
     return vf_select(*back, s->radius - s->step, longer);
 }
 
-/* The first surface of each ray: where the field is less than base + t * wide. A ray that begins inside hits at once; one that takes method.march_steps steps meets nothing. */
-static __attribute__((noinline)) void field_march(const struct fv_tracer *tracer, const struct field_rays *r,
-                                                  int64_t *rays, struct field_hit *out)
+/* The first surface of each ray: where the field is less than base + t * wide. `one`: of a single part, which no more
+ * than that need be asked of. A ray that begins inside hits at once; one that takes method.march_steps steps meets nothing. */
+static inline void field_march_in(const struct fv_tracer *tracer, const struct field_rays *r,
+                                  const struct field_kept *kept, bool one, int64_t *rays, struct field_hit *out)
 {
     const struct fv_fields *f = &tracer->data->fields;
+    const struct fv_field_part *only = &f->part[kept->at[0].part];
     struct field_way w;
     struct field_steps s = {vf_of(0), vf_of(0), vf_of(field_relaxation)};
-    vf inverse = 1.0f / r->length;
+    vf inverse = 1.0f / r->length, far = one ? vf_min(r->far, kept->at[0].far) : r->far;
     int64_t steps = 0;
     int left = tracer->march_steps;
-    *out = (struct field_hit){.hit = vi_of(0), .part = vi_of(0), .t = r->far};
-    field_begin(&w, tracer, r);
-    for (; field_reach(&w) && left > 0; left--) {
-        vi part, back = vi_of(0);
+    field_begin(&w, r, kept);
+    if (one) w.t = w.sure = vf_max(w.t, kept->at[0].near);
+    for (; left > 0; left--) {
+        vi part = vi_of(kept->at[0].part), back = vi_of(0);
+        if (one) w.live &= w.sure <= far;
+        if (one ? !vi_any(w.live) : !field_reach(&w)) break;
         steps += __builtin_popcount(vi_bits(w.live));
-        vf next, d = field_nearest(&w, f, &part, &next), step = vf_max(d, vf_of(0));
+        vf next = vf_of(__builtin_inff()), d;
+        if (one) d = field_part(f->code + only->first, only->count, vf3_add(r->origin, vf3_scale(r->direction, w.t)));
+        else d = field_nearest(&w, f, &part, &next);
+        vf step = vf_max(d, vf_of(0));
         if (tracer->stepping != FV_STEPPING_PLAIN) step = field_step(&s, step, tracer->stepping, &back);
-        vi hit = w.live & ~back & (w.t <= r->far) & (d < r->base + w.t * r->wide);
+        vi hit = w.live & ~back & (w.t <= far) & (d < r->base + w.t * r->wide);
         out->hit |= hit;
         out->part = vi_select(hit, part, out->part);
         out->t = vf_select(hit, w.t, out->t);
@@ -66,6 +73,14 @@ static __attribute__((noinline)) void field_march(const struct fv_tracer *tracer
     }
     rays[FV_RAY_MARCH_STEPS] += steps;
     if (left == 0) rays[FV_RAY_MARCH_LIMITED] += __builtin_popcount(vi_bits(w.live));
+}
+
+static __attribute__((noinline)) void field_march(const struct fv_tracer *tracer, const struct field_rays *r,
+                                                  const struct field_kept *kept, int64_t *rays, struct field_hit *out)
+{
+    *out = (struct field_hit){.hit = vi_of(0), .part = vi_of(0), .t = r->far};
+    if (kept->count == 1) field_march_in(tracer, r, kept, true, rays, out);
+    else if (kept->count > 1) field_march_in(tracer, r, kept, false, rays, out);
 }
 
 #endif

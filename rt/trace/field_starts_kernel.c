@@ -15,13 +15,15 @@ void field_starts(const struct fv_tracer *tracer, const struct fv_view *view, st
     float wide = radius_px * (across > along ? across : along);
     for (int i = 0; i < samples->count; i += FV_WIDTH) {
         struct field_cones cones;
+        struct field_kept kept;
         vf x = vf_load(samples->x + i), y = vf_load(samples->y + i);
         vf3 direction = vf3_add(corner, vf3_add(vf3_scale(dx, x), vf3_scale(dy, y)));
         struct field_rays r = field_rays_of(vf3_of(view->origin), direction, vi_lanes() < samples->count - i);
         r.far = tracer->march_far / r.length;
         r.wide += wide;
         if (samples->started) r.from = vf_load(samples->start + i);
-        field_cones(tracer, &r, 0, rays, &cones);
+        field_find(tracer, &r, &kept);
+        field_cones(tracer, &r, &kept, 0, rays, &cones);
         vf_store(samples->start + i, cones.clear);
     }
     samples->started = true;

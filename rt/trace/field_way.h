@@ -20,7 +20,7 @@ static inline struct field_rays field_rays_of(vf3 origin, vf3 direction, vi mask
 /* A packet on its way. Parts [0, active) of `now` are those that any ray is in the reach of. */
 struct field_way {
     const struct field_rays *rays;
-    struct field_kept kept;
+    const struct field_kept *kept;
     int next, active; /* next: of kept, the first that none has reached yet */
     int now[FV_FIELD_PARTS_MAX];
     vf t, sure; /* sure: where an over-long step may be taken back to; else t */
@@ -29,18 +29,16 @@ struct field_way {
 
 static inline float field_next_enter(const struct field_way *w)
 {
-    return w->next < w->kept.count ? w->kept.at[w->next].enter : __builtin_inff();
+    return w->next < w->kept->count ? w->kept->at[w->next].enter : __builtin_inff();
 }
 
-static inline void field_begin(struct field_way *w, const struct fv_tracer *tracer, const struct field_rays *r)
+static inline void field_begin(struct field_way *w, const struct field_rays *r, const struct field_kept *kept)
 {
     w->rays = r;
+    w->kept = kept;
     w->t = w->sure = r->from;
     w->live = r->mask & (r->from <= r->far);
-    w->next = w->active = w->kept.count = 0;
-    if (!vi_any(w->live)) return;
-    if (tracer->culling) field_cull(tracer, r, &w->kept);
-    else field_keep_all(tracer, &w->kept);
+    w->next = w->active = 0;
 }
 
 /* Takes in what rays have reached; where none is in the reach of anything, all go on to the next part first. False
@@ -50,11 +48,11 @@ static inline bool field_reach(struct field_way *w)
     w->live &= w->sure <= w->rays->far;
     if (!vi_any(w->live)) return false;
     if (w->active == 0) {
-        if (w->next == w->kept.count) return false;
-        w->t = w->sure = vf_max(w->t, vf_of(w->kept.at[w->next].enter));
+        if (w->next == w->kept->count) return false;
+        w->t = w->sure = vf_max(w->t, vf_of(w->kept->at[w->next].enter));
         w->live &= w->t <= w->rays->far;
     }
-    while (w->next < w->kept.count && vi_any(w->live & (w->t >= w->kept.at[w->next].enter)))
+    while (w->next < w->kept->count && vi_any(w->live & (w->t >= w->kept->at[w->next].enter)))
         w->now[w->active++] = w->next++;
     return vi_any(w->live);
 }
@@ -68,14 +66,14 @@ static inline vf field_nearest(struct field_way *w, const struct fv_fields *f, v
     *next = vf_of(field_next_enter(w));
     *part = vi_of(0);
     for (int i = 0; i < w->active; i++) {
-        int k = w->now[i], id = w->kept.at[k].part;
-        vf near = w->kept.at[k].near;
-        vi there = w->t >= near;
-        if (!vi_any(w->live & (w->sure <= w->kept.at[k].exit))) {
+        const struct field_met *met = &w->kept->at[w->now[i]];
+        int id = met->part;
+        vi there = w->t >= met->near;
+        if (!vi_any(w->live & (w->sure <= met->exit))) {
             w->now[i--] = w->now[--w->active];
             continue;
         }
-        *next = vf_select(there, *next, vf_min(near, *next));
+        *next = vf_select(there, *next, vf_min(met->near, *next));
         if (!vi_any(w->live & there)) continue;
         vf d = field_part(f->code + f->part[id].first, f->part[id].count, p);
         vi nearer = there & (d < best);

@@ -57,12 +57,13 @@ static inline vf3 light_surface(const struct shading *shading, struct surface *s
         if (is(&light_of[i], FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) continue;
         vf3 l = towards(&lit, &light_of[i], &way, &far, &irradiance);
         reached[i] = faces(s, l, vi_of(-1));
-        float left = __builtin_inff();
         if (FV_FIELDS && primary && shading->shade) {
-            left = shading->shade->left[i][shading->packet];
-            if (shading->shade->blocked[i] >> shading->packet & 1) reached[i] = vi_of(0);
+            struct field_rest rest;
+            field_rest_of(shading->tracer, shading->shade, i, shading->packet, &rest);
+            reached[i] = rest.blocked ? vi_of(0) : unshadowed(&lit, way, far, &rest, reached[i], true);
+        } else {
+            reached[i] = unshadowed(&lit, way, far, NULL, reached[i], true);
         }
-        reached[i] = unshadowed(&lit, way, far, left, reached[i], true);
     }
     surface_fetch(s, scene);
     lit.sum = s->emission;

@@ -52,16 +52,19 @@ static inline vi faces(const struct surface *s, vf3 l, vi mask)
     return mask & s->hit & (vf_dot(s->geometric, l) > 0.0f) & (vf_dot(s->normal, l) > 0.0f);
 }
 
-/* Lanes of `mask` from whose start + way (up to `far` of it, in fields up to `left`) nothing is in between.
- * `coherent`: a hint. */
-static inline vi unshadowed(const struct lit *lit, vf3 way, vf far, float left, vi mask, bool coherent)
+/* Lanes of `mask` from whose start + way (up to `far` of it) nothing is in between. `rest`: what of that there is to
+ * do in fields, NULL: all. `coherent`: a hint. */
+static inline vi unshadowed(const struct lit *lit, vf3 way, vf far, const struct field_rest *rest, vi mask, bool coherent)
 {
     unsigned bits = vi_bits(mask);
     if (!bits) return mask;
     lit->shading->rays[FV_RAY_SHADOW] += __builtin_popcount(bits);
     struct fv_ray_context context = packet_context(coherent, lit->surface->footprint[__builtin_ctz(bits)], 0);
     context.rays = lit->shading->rays;
-    context.left = left;
+    if (FV_FIELDS && rest) {
+        context.left = rest->left;
+        context.few = rest->known ? &rest->few : NULL;
+    }
     return mask & ~packet_occluded(lit->shading->tracer, &context, lit->start, way, far, mask);
 }
 

@@ -40,6 +40,7 @@ static inline struct fv_ray_context packet_context(bool coherent, float base, fl
     c.growth = growth;
     c.start = NULL;
     c.left = __builtin_inff();
+    c.few = NULL;
     c.rays = NULL;
     return c;
 }
@@ -117,6 +118,15 @@ static inline struct packet_hit packet_intersect_meshes(const struct fv_tracer *
     return h;
 }
 
+static inline void packet_march(const struct fv_tracer *tracer, const struct fv_ray_context *context,
+                                const struct field_rays *r, struct field_hit *hit)
+{
+    struct field_kept kept;
+    if (context->few) field_find_of(tracer, r, context->few, &kept);
+    else field_find(tracer, r, &kept);
+    field_march(tracer, r, &kept, context->rays, hit);
+}
+
 /* Nearer hits, of the fields. */
 static inline void packet_intersect_fields(const struct fv_tracer *tracer, const struct fv_ray_context *context,
                                            vf3 origin, vf3 direction, vi mask, struct packet_hit *h)
@@ -125,7 +135,7 @@ static inline void packet_intersect_fields(const struct fv_tracer *tracer, const
     struct field_rays r = field_rays_of(origin, direction, mask);
     r.far = vf_min(h->t, tracer->march_far / r.length);
     if (context->start) r.from = vf_load(context->start);
-    field_march(tracer, &r, context->rays, &f);
+    packet_march(tracer, context, &r, &f);
     h->hit |= f.hit;
     h->part = vi_select(f.hit, f.part, vi_of(-1));
     h->t = vf_select(f.hit, f.t, h->t);
@@ -196,7 +206,7 @@ static inline vi packet_occluded(const struct fv_tracer *tracer, struct fv_ray_c
     struct field_hit f;
     struct field_rays r = field_rays_of(origin, direction, mask & ~occluded);
     r.far = vf_min(vf_min(far, vf_of(context->left)), tracer->march_far / r.length);
-    field_march(tracer, &r, context->rays, &f);
+    packet_march(tracer, context, &r, &f);
     return occluded | f.hit;
 }
 

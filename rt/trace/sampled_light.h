@@ -46,7 +46,7 @@ static __attribute__((noinline)) void add_area(struct lit *lit, const struct fv_
         vf inverse = vf_rsqrt(vf_max(vf_dot(way, way), vf_of(1e-6f)));
         vf3 l = vf3_scale(way, inverse);
         vf emitted = vf_max(-vf_dot(face, l), vf_of(0)) * inverse * inverse;
-        vi free = unshadowed(lit, way, vf_of(0.999f), __builtin_inff(), faces(s, l, emitted > 0.0f), true);
+        vi free = unshadowed(lit, way, vf_of(0.999f), NULL, faces(s, l, emitted > 0.0f), true);
         if (!vi_any(free)) continue;
         vf cosine = vf_max(vf_dot(s->normal, l), vf_of(0));
         irradiance += vf_select(free, emitted * cosine, vf_of(0));
@@ -88,7 +88,7 @@ static __attribute__((noinline)) vf unoccluded(const struct lit *lit)
                           vf3_scale(s->normal, height));
         vf below = vf_min(vf_dot(way, s->geometric), vf_of(0));
         way = vf3_sub(way, vf3_scale(s->geometric, 2.0f * below));
-        open -= vf_from(unshadowed(lit, way, far, __builtin_inff(), s->hit, false));
+        open -= vf_from(unshadowed(lit, way, far, NULL, s->hit, false));
     }
     return open * (1 / (float)n);
 }

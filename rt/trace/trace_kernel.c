@@ -119,12 +119,14 @@ static void secondary(const struct shading *shading, const struct surface *s, vf
     place_image(s, direction, mirror & ~glass, glass, weight, &other, seen);
 }
 
-static inline struct packet_hit meet(const struct shading *shading, const struct rays *r)
+/* `few`: what of the fields they may meet, NULL: anything. */
+static inline struct packet_hit meet(const struct shading *shading, const struct rays *r, const struct field_few *few)
 {
     int first = __builtin_ctz(vi_bits(r->mask));
     struct fv_ray_context context = packet_context(r->coherent, r->base[first], r->growth[first]);
     context.start = r->start;
     context.rays = shading->rays;
+    context.few = few;
     return packet_intersect(shading->tracer, &context, r->origin, r->direction, r->mask);
 }
 
@@ -152,7 +154,7 @@ static inline void look_at(const struct shading *shading, const struct rays *r, 
 static void look(const struct shading *shading, const struct rays *r, int depth, struct parted *parted,
                  struct seen *seen)
 {
-    struct packet_hit hit = meet(shading, r);
+    struct packet_hit hit = meet(shading, r, NULL);
     look_at(shading, r, &hit, depth, parted, seen);
 }
 
@@ -245,23 +247,32 @@ static inline void trace_packet(struct shading *shading, const struct list *list
 }
 
 /* As many packets at once as one has lanes: what they met first, then what shades it. */
-static void trace_shaded(struct shading *shading, const struct fv_view *view, const struct list *list)
+static void trace_shaded(const struct shading *of, const struct fv_view *view, const struct list *list)
 {
     struct field_shade shade;
+    struct shading shading = *of;
+    struct field_beams beams;
     struct field_ball ball[FV_WIDTH];
+    struct field_kept all;
+    struct field_few few;
     struct packet_hit met[FV_WIDTH];
     struct rays r[FV_WIDTH];
+    shading.shade = &shade;
     for (int i = 0; i < list->samples->count; i += FV_WIDTH * FV_WIDTH) {
         int left = (list->samples->count - i + FV_WIDTH - 1) / FV_WIDTH, packets = left < FV_WIDTH ? left : FV_WIDTH;
         for (int k = 0; k < packets; k++) {
             r[k] = rays_of(view, list->samples, i + k * FV_WIDTH);
-            met[k] = meet(shading, &r[k]);
+            field_beam(&beams, k, r[k].direction, vf_load(r[k].start), r[k].mask);
+        }
+        field_find_beams(shading.tracer, &beams, packets, r[0].origin, &all);
+        for (int k = 0; k < packets; k++) {
+            field_few_of(all.at, all.count, k, 0, __builtin_inff(), &few);
+            met[k] = meet(&shading, &r[k], &few);
             ball[k] = field_ball_of(&met[k], r[k].origin, r[k].direction);
         }
-        field_shade_find(shading->tracer, ball, packets, shading->rays, &shade);
-        shading->shade = &shade;
-        for (shading->packet = 0; shading->packet < packets; shading->packet++)
-            trace_packet(shading, list, i + shading->packet * FV_WIDTH, &r[shading->packet], &met[shading->packet]);
+        field_shade_find(shading.tracer, ball, packets, shading.rays, &shade);
+        for (shading.packet = 0; shading.packet < packets; shading.packet++)
+            trace_packet(&shading, list, i + shading.packet * FV_WIDTH, &r[shading.packet], &met[shading.packet]);
     }
 }
 

@@ -108,6 +108,7 @@ struct fv_ray_context {
     float base, growth;
     const float *start; /* of each lane, in fields; NULL: 0 */
     float left;         /* of the way, up to where fields may shadow it; negative: nowhere */
+    const struct field_few *few; /* what of the fields rays may meet, NULL: anything (field_cull.h) */
     int64_t *rays;      /* where steps through fields are counted, by enum fv_ray_kind */
 };
 
