@@ -19,9 +19,10 @@ struct field_steps {
     vf radius, step, relaxation;
 };
 
-/* Length of the next step (m): longer than the radius where the balls of two steps are still one. Where they turned
- * out apart, back to the last ball's border. `back`: mask of those lanes, which must not hit here. */
-static inline vf field_step(struct field_steps *s, vf radius, enum fv_stepping stepping, vi *back)
+/* Length of the next step (m): longer than the radius where the balls of two steps are still one, but not near what
+ * counts as a hit (`met`), which a grazing ray would step over. Where they turned out apart, back to the last ball's
+ * border. `back`: mask of those lanes, which must not hit here. */
+static inline vf field_step(struct field_steps *s, vf radius, vf met, enum fv_stepping stepping, vi *back)
 {
     *back = (s->step > s->radius) & (s->radius + radius < s->step);
     vf plain = radius, longer;
@@ -33,6 +34,7 @@ static inline vf field_step(struct field_steps *s, vf radius, enum fv_stepping s
         longer = plain + plain * vf_clamp(slope * field_planar, 0, 4);
         longer = vf_select(s->step > 0.0f, longer, plain);
     }
+    longer = vf_select(radius > 4.0f * met, longer, plain);
     return vf_select(*back, s->radius - s->step, longer);
 }
 
@@ -58,9 +60,9 @@ static inline void field_march_in(const struct fv_tracer *tracer, const struct f
         vf next = vf_of(__builtin_inff()), d;
         if (one) d = field_part(f->code + only->first, only->count, vf3_add(r->origin, vf3_scale(r->direction, w.t)));
         else d = field_nearest(&w, f, &part, &next);
-        vf step = vf_max(d, vf_of(0));
-        if (tracer->stepping != FV_STEPPING_PLAIN) step = field_step(&s, step, tracer->stepping, &back);
-        vi hit = w.live & ~back & (w.t <= far) & (d < r->base + w.t * r->wide);
+        vf step = vf_max(d, vf_of(0)), met = r->base + w.t * r->wide;
+        if (tracer->stepping != FV_STEPPING_PLAIN) step = field_step(&s, step, met, tracer->stepping, &back);
+        vi hit = w.live & ~back & (w.t <= far) & (d < met);
         out->hit |= hit;
         out->part = vi_select(hit, part, out->part);
         out->t = vf_select(hit, w.t, out->t);
