@@ -5,8 +5,10 @@
  * other are rendered in turn, standing still for a warm frame and then a whole round of refreshing.
  *
  * Rows are SCENE/KIND/ssaaN/foveaDEG/refreshN. KIND: ipr, every pixel (fovea180); fipr, N samples of the fovea, of edges
- * and of the middle level too, as the paper has it; fipr-masked, N samples only of the fovea and of edges; and, for one
- * sample, ipr-unculled, where neither side leaves parts of the fields out. Scenes are ours, after the paper's. */
+ * and of the middle level too, as the paper has it; fipr-masked, N samples only of the fovea and of edges; ipr-unculled,
+ * for 1 and 16 samples, where neither side leaves parts of the fields out; and, for one sample, full itself by other
+ * steps (full-plain, full-relaxed) than those of the settings, which all others take, full too. Scenes are ours, after
+ * the paper's. */
 #include "rt/measure/table.h"
 
 #include "platform/arena.h"
@@ -38,9 +40,9 @@ static const double foveas_deg[] = {2.5, 5, 7.5, 10, 12.5, 15};
 static const int refreshes[] = {1, 2, 4};
 enum { FOVEAS = sizeof foveas_deg / sizeof foveas_deg[0], REFRESHES = sizeof refreshes / sizeof refreshes[0] };
 
-enum kind { IPR, UNCULLED, FIPR, MASKED, KINDS };
-static const char *const kind_names[KINDS] = {"ipr", "ipr-unculled", "fipr", "fipr-masked"};
-enum { ENTRIES_MAX = 2 + 2 * FOVEAS * REFRESHES, PLACES_MAX = 64, SETTLED = 1 };
+enum kind { IPR, UNCULLED, PLAIN, RELAXED, FIPR, MASKED, KINDS };
+static const char *const kind_names[KINDS] = {"ipr", "ipr-unculled", "full-plain", "full-relaxed", "fipr", "fipr-masked"};
+enum { ENTRIES_MAX = 4 + 2 * FOVEAS * REFRESHES, PLACES_MAX = 64, SETTLED = 1 };
 
 /* One way of rendering, and what was measured at each place. */
 struct entry {
@@ -55,7 +57,7 @@ static struct bench {
     int ssaa, entries, places;
     struct fv_config config[2];
     struct fv_contender full, pyramid;
-    struct fv_tracer unculled;
+    struct fv_tracer unculled, plain, relaxed;
     struct fv_metrics *metrics;
     uint8_t *zone, *picture; /* of full's last frame */
     struct entry entry[ENTRIES_MAX];
@@ -86,7 +88,8 @@ static void add_entries(int ssaa)
 {
     bench.entries = 0;
     add_entry(IPR, 180, 1);
-    if (ssaa == 1) add_entry(UNCULLED, 180, 1);
+    if (ssaa == 1 || ssaa == 16) add_entry(UNCULLED, 180, 1);
+    for (int kind = PLAIN; ssaa == 1 && kind <= RELAXED; kind++) add_entry((enum kind)kind, 180, 1);
     for (int kind = FIPR; kind <= (ssaa > 1 ? MASKED : FIPR); kind++)
         for (int f = 0; f < FOVEAS; f++)
             for (int r = 0; r < REFRESHES; r++) add_entry((enum kind)kind, foveas_deg[f], refreshes[r]);
@@ -96,9 +99,11 @@ static void open_bench(const struct fv_table_bench *of, int ssaa)
 {
     static const char *const methods[2] = {"full", "pyramid"};
     struct fv_contender *contender[2] = {&bench.full, &bench.pyramid};
-    bench = (struct bench){.of = of, .ssaa = ssaa, .unculled = *of->tracer};
+    bench = (struct bench){.of = of, .ssaa = ssaa, .unculled = *of->tracer, .plain = *of->tracer, .relaxed = *of->tracer};
     bench.places = of->frames < PLACES_MAX ? of->frames : PLACES_MAX;
     bench.unculled.culling = false;
+    bench.plain.stepping = FV_STEPPING_PLAIN;
+    bench.relaxed.stepping = FV_STEPPING_RELAXED;
     for (int i = 0; i < 2; i++) {
         bench.config[i] = *of->config;
         bench.config[i].method_spp = ssaa;
@@ -139,9 +144,8 @@ static void render(struct fv_contender *c, const struct fv_sweep_frame *frame, i
     }
 }
 
-static void judge(struct entry *e, int place)
+static void judge(struct fv_frame *f, struct entry *e, int place)
 {
-    struct fv_frame *f = &bench.pyramid.loop.frame;
     const struct fv_metrics_picture full = {f->width, f->height, 3, 3 * (int64_t)f->width, bench.picture};
     struct fv_metrics_picture own = fv_picture_present(f, bench.of->workers);
     struct fv_errors errors;
@@ -153,17 +157,22 @@ static void judge(struct entry *e, int place)
 static void render_entry(struct entry *e, int place, const struct fv_sweep_frame *frame, double full_ms, double full_steps)
 {
     struct fv_config *c = &bench.config[1];
+    bool full = e->kind == PLAIN || e->kind == RELAXED;
+    struct fv_contender *contender = full ? &bench.full : &bench.pyramid;
     double steps;
     c->fovea_inner_deg = e->fovea_deg;
     c->method_refresh = e->refresh;
     c->method_ssaa = bench.ssaa;
     c->method_ssaa_middle = e->kind == FIPR ? bench.ssaa : 1;
     bench.pyramid.loop.frame.pyramid.foveated = e->kind >= FIPR;
-    bench.pyramid.loop.frame.tracer = e->kind == UNCULLED ? &bench.unculled : bench.of->tracer;
-    render(&bench.pyramid, frame, e->kind >= FIPR ? SETTLED : 0, e->refresh, &e->cpu_ms[place], &steps);
+    contender->loop.frame.tracer = e->kind == UNCULLED  ? &bench.unculled
+                                   : e->kind == PLAIN   ? &bench.plain
+                                   : e->kind == RELAXED ? &bench.relaxed
+                                                        : bench.of->tracer;
+    render(contender, frame, e->kind >= FIPR ? SETTLED : 0, e->refresh, &e->cpu_ms[place], &steps);
     e->speedup[place] = full_ms / e->cpu_ms[place];
     e->steps[place] = full_steps / steps;
-    judge(e, place);
+    judge(&contender->loop.frame, e, place);
 }
 
 /* Full, and each entry beside it. */
@@ -173,7 +182,7 @@ static void render_place(int place)
     double ms[2], steps[2];
     latch(place, &frame);
     for (int culled = 0; culled < 2; culled++) {
-        if (!culled && bench.ssaa > 1) continue;
+        if (!culled && bench.ssaa > 1 && bench.ssaa < 16) continue;
         bench.full.loop.frame.tracer = culled ? bench.of->tracer : &bench.unculled;
         render(&bench.full, &frame, 0, 1, &ms[culled], &steps[culled]);
     }
