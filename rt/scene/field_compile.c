@@ -1,6 +1,6 @@
 /* field_compile: from the nodes of a field file to parts: moves, turns and scalings are folded into the primitives
  * where they can be, unions on top are parted, and bounds are carried along. */
-#include "rt/scene/field_bound.h"
+#include "rt/scene/field_primitive.h"
 #include "rt/scene/field_parse.h"
 
 #include "platform/arena.h"
@@ -15,13 +15,6 @@
 /* Greatest slope of the noise, over its frequency and amplitude: a difference of 2 times that of the smooth step. */
 #define NOISE_SLOPE 3.0
 
-/* Where a node's own space lies in that of the point register: point = turn * own * scale + move. */
-struct space {
-    double turn[3][3], move[3], scale;
-    bool turned;
-    int point; /* register */
-};
-
 struct compiler {
     const struct fv_field_text *text;
     struct fv_field_code *code;
@@ -32,7 +25,7 @@ struct compiler {
     struct fv_error *error;
 };
 
-static int compile(struct compiler *c, int node, const struct space *space, int to, struct fv_bound *bound);
+static int compile(struct compiler *c, int node, const struct fv_space *space, int to, struct fv_bound *bound);
 
 static int refuse_size(const struct compiler *c, int line)
 {
@@ -58,20 +51,15 @@ static int registers(const struct compiler *c, const struct fv_node *n, int want
                            FV_FIELD_REGISTERS, of);
 }
 
-static void put(float *value, const double *v, int count)
-{
-    for (int i = 0; i < count; i++) value[i] = (float)v[i];
-}
-
 /* In a space of its own, whose axes are the register's. */
-static int straighten(struct compiler *c, const struct fv_node *n, const struct space *s, struct space *own)
+static int straighten(struct compiler *c, const struct fv_node *n, const struct fv_space *s, struct fv_space *own)
 {
     *own = *s;
     if (!s->turned) return 0;
     if (registers(c, n, s->point + 1, "rotations and repetitions")) return -1;
     struct fv_field_code *code = emit(c, n, FV_FIELD_RIGID, s->point + 1, 0, s->point);
     if (!code) return -1;
-    *own = (struct space){.turn = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .scale = s->scale, .point = s->point + 1};
+    *own = (struct fv_space){.turn = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .scale = s->scale, .point = s->point + 1};
     for (int r = 0; r < 3; r++) {
         double moved = 0;
         for (int i = 0; i < 3; i++) {
@@ -84,128 +72,26 @@ static int straighten(struct compiler *c, const struct fv_node *n, const struct 
 }
 
 /* A bound from the space that straighten made to the one it came from. */
-static void turn_back(const struct space *s, struct fv_bound *bound)
+static void turn_back(const struct fv_space *s, struct fv_bound *bound)
 {
     if (s->turned) *bound = fv_bound_turn(bound, s->turn, s->move);
 }
 
-static void place(const struct space *s, const double own[3], double out[3])
-{
-    for (int r = 0; r < 3; r++) {
-        out[r] = s->move[r];
-        for (int i = 0; i < 3; i++) out[r] += s->turn[r][i] * own[i] * s->scale;
-    }
-}
-
-static const enum fv_field_op primitive_op[] = {
-    [FV_SHAPE_SPHERE] = FV_FIELD_SPHERE,     [FV_SHAPE_BOX] = FV_FIELD_BOX,   [FV_SHAPE_ROUND_BOX] = FV_FIELD_BOX,
-    [FV_SHAPE_CYLINDER] = FV_FIELD_CYLINDER, [FV_SHAPE_TORUS] = FV_FIELD_TORUS, [FV_SHAPE_PLANE] = FV_FIELD_PLANE,
-    [FV_SHAPE_CAPSULE] = FV_FIELD_CAPSULE,   [FV_SHAPE_CONE] = FV_FIELD_CONE};
-
-/* Half edges of the box around a primitive about its centre, of the number v of the file. */
-static void half_of(const struct fv_node *n, double half[3])
-{
-    const double *v = n->number;
-    switch (n->shape) {
-    case FV_SHAPE_SPHERE: half[0] = half[1] = half[2] = v[0]; break;
-    case FV_SHAPE_CYLINDER: half[0] = half[2] = v[0], half[1] = v[1] / 2; break;
-    case FV_SHAPE_TORUS: half[0] = half[2] = v[0] + v[1], half[1] = v[1]; break;
-    case FV_SHAPE_CONE: half[0] = half[2] = fmax(v[0], v[1]), half[1] = v[2] / 2; break;
-    default:
-        for (int i = 0; i < 3; i++) half[i] = v[i] / 2;
-    }
-}
-
-static void plane(const struct fv_node *n, const struct space *s, float value[4], struct fv_bound *bound)
-{
-    const double *v = n->number;
-    double length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]), normal[3], height = v[3] * s->scale;
-    double low[3] = {-INFINITY, -INFINITY, -INFINITY}, high[3] = {INFINITY, INFINITY, INFINITY};
-    for (int r = 0; r < 3; r++) {
-        normal[r] = 0;
-        for (int i = 0; i < 3; i++) normal[r] += s->turn[r][i] * v[i] / length;
-        height += normal[r] * s->move[r];
-    }
-    for (int r = 0; r < 3; r++) {
-        if (normal[r] > 1 - 1e-15) high[r] = height;
-        if (normal[r] < -1 + 1e-15) low[r] = -height;
-    }
-    put(value, normal, 3);
-    value[3] = (float)height;
-    *bound = fv_bound_box(low, high);
-}
-
-static void capsule(const struct fv_node *n, const struct space *s, float value[8], struct fv_bound *bound)
-{
-    const double *v = n->number;
-    double end[2][3], way[3], low[3], high[3], r = v[6] * s->scale, d2 = 0;
-    place(s, v, end[0]);
-    place(s, v + 3, end[1]);
-    for (int i = 0; i < 3; i++) {
-        way[i] = end[1][i] - end[0][i];
-        d2 += way[i] * way[i];
-        low[i] = fmin(end[0][i], end[1][i]) - r;
-        high[i] = fmax(end[0][i], end[1][i]) + r;
-    }
-    put(value, end[0], 3);
-    put(value + 3, way, 3);
-    value[6] = (float)(1 / d2);
-    value[7] = (float)r;
-    *bound = fv_bound_box(low, high);
-}
-
-static void sizes(const struct fv_node *n, double k, float *value)
-{
-    const double *v = n->number;
-    switch (n->shape) {
-    case FV_SHAPE_BOX:
-    case FV_SHAPE_ROUND_BOX:
-        for (int i = 0; i < 3; i++) value[i] = (float)(k * (v[i] / 2 - v[3]));
-        value[3] = (float)(k * v[3]);
-        break;
-    case FV_SHAPE_CYLINDER: value[0] = (float)(k * v[0]), value[1] = (float)(k * v[1] / 2); break;
-    case FV_SHAPE_CONE: {
-        double slope = v[1] - v[0];
-        for (int i = 0; i < 2; i++) value[i] = (float)(k * v[i]);
-        value[2] = (float)(k * v[2] / 2);
-        value[3] = (float)(1 / (k * k * (slope * slope + v[2] * v[2])));
-        break;
-    }
-    default:
-        for (int i = 0; i < 2; i++) value[i] = (float)(k * v[i]);
-    }
-}
-
-static int primitive(struct compiler *c, const struct fv_node *n, const struct space *s, int to, struct fv_bound *bound)
+static int primitive(struct compiler *c, const struct fv_node *n, const struct fv_space *s, int to, struct fv_bound *bound)
 {
     bool any_way = n->shape == FV_SHAPE_SPHERE || n->shape == FV_SHAPE_PLANE || n->shape == FV_SHAPE_CAPSULE;
-    struct space own = *s;
-    const double origin[3] = {0};
-    double at[3], half[3], low[3], high[3];
+    struct fv_space own = *s;
     if (!any_way && straighten(c, n, s, &own)) return -1;
-    struct fv_field_code *code = emit(c, n, primitive_op[n->shape], to, 0, own.point);
+    struct fv_field_code *code = emit(c, n, fv_primitive_op(n), to, 0, own.point);
     if (!code) return -1;
-    if (n->shape == FV_SHAPE_PLANE) plane(n, &own, code->value, bound);
-    else if (n->shape == FV_SHAPE_CAPSULE) capsule(n, &own, code->value, bound);
-    else {
-        place(&own, origin, at);
-        half_of(n, half);
-        for (int i = 0; i < 3; i++) {
-            low[i] = at[i] - half[i] * own.scale;
-            high[i] = at[i] + half[i] * own.scale;
-        }
-        put(code->value, at, 3);
-        sizes(n, own.scale, code->value + 3);
-        *bound = fv_bound_box(low, high);
-        if (n->shape == FV_SHAPE_SPHERE) bound->radius = half[0] * own.scale;
-    }
+    fv_primitive_put(n, &own, code->value, bound);
     if (!any_way) turn_back(s, bound);
     return 0;
 }
 
-static int combination(struct compiler *c, const struct fv_node *n, const struct space *s, int to, struct fv_bound *bound)
+static int combination(struct compiler *c, const struct fv_node *n, const struct fv_space *s, int to, struct fv_bound *bound)
 {
-    struct space own;
+    struct fv_space own;
     struct fv_bound other;
     const int *child = c->text->child + n->first;
     if (straighten(c, n, s, &own) || compile(c, child[0], &own, to, bound)) return -1;
@@ -232,11 +118,11 @@ static int combination(struct compiler *c, const struct fv_node *n, const struct
     return 0;
 }
 
-static int placed(struct compiler *c, const struct fv_node *n, const struct space *s, struct space *below)
+static int placed(struct compiler *c, const struct fv_node *n, const struct fv_space *s, struct fv_space *below)
 {
     const double *v = n->number;
     *below = *s;
-    if (n->shape == FV_SHAPE_TRANSLATE) place(s, v, below->move);
+    if (n->shape == FV_SHAPE_TRANSLATE) fv_space_place(s, v, below->move);
     if (n->shape == FV_SHAPE_SCALE) below->scale *= v[0];
     if (!(below->scale >= 1e-9 && below->scale <= 1e9))
         return fv_field_refuse(c->text, n->line, c->error, "scale: %g in all: must be from 1e-9 to 1e9", below->scale);
@@ -266,20 +152,20 @@ static float mask_of(bool kept)
     return f;
 }
 
-static int mirror(struct compiler *c, const struct fv_node *n, const struct space *s, int to, struct fv_bound *bound)
+static int mirror(struct compiler *c, const struct fv_node *n, const struct fv_space *s, int to, struct fv_bound *bound)
 {
-    struct space own, below;
+    struct fv_space own, below;
     if (straighten(c, n, s, &own) || registers(c, n, own.point + 1, "rotations and repetitions")) return -1;
     struct fv_field_code *code = emit(c, n, FV_FIELD_MIRROR, own.point + 1, 0, own.point);
     if (!code) return -1;
-    put(code->value, own.move, 3);
+    fv_field_put(code->value, own.move, 3);
     uint32_t all[3];
     for (int i = 0; i < 3; i++) {
         float mask = mask_of(n->number[i] == 0);
         memcpy(&all[i], &mask, sizeof mask);
     }
     memcpy(code->value + 3, all, sizeof all);
-    below = (struct space){.turn = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .scale = own.scale, .point = own.point + 1};
+    below = (struct fv_space){.turn = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .scale = own.scale, .point = own.point + 1};
     if (compile(c, c->text->child[n->first], &below, to, bound)) return -1;
     double low[3], high[3], spread = bound->spread, lipschitz = bound->lipschitz;
     for (int i = 0; i < 3; i++) {
@@ -296,7 +182,7 @@ static int mirror(struct compiler *c, const struct fv_node *n, const struct spac
 }
 
 /* Writes the cells' numbers, with periods in metres; the first of the two codes. */
-static void put_cells(struct fv_field_code code[2], const struct fv_node *n, const struct space *own, double first[3])
+static void put_cells(struct fv_field_code code[2], const struct fv_node *n, const struct fv_space *own, double first[3])
 {
     for (int i = 0; i < 3; i++) {
         double period = n->number[i] * own->scale, count = n->number[3 + i];
@@ -310,16 +196,16 @@ static void put_cells(struct fv_field_code code[2], const struct fv_node *n, con
     }
 }
 
-static int repeat(struct compiler *c, const struct fv_node *n, const struct space *s, int to, struct fv_bound *bound)
+static int repeat(struct compiler *c, const struct fv_node *n, const struct fv_space *s, int to, struct fv_bound *bound)
 {
-    struct space own;
+    struct fv_space own;
     double first[3];
     if (straighten(c, n, s, &own) || registers(c, n, own.point + 1, "rotations and repetitions") ||
         registers(c, n, to + 1, "repetitions")) return -1;
     int at = c->codes;
     if (!emit(c, n, FV_FIELD_REPEAT, own.point + 1, to, own.point) || !emit(c, n, FV_FIELD_DATA, 0, 0, 0)) return -1;
     put_cells(c->code + at, n, &own, first);
-    struct space below = {.turn = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .scale = own.scale, .point = own.point + 1};
+    struct fv_space below = {.turn = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .scale = own.scale, .point = own.point + 1};
     if (compile(c, c->text->child[n->first], &below, to + 1, bound)) return -1;
     double low[3], high[3], lipschitz = bound->lipschitz;
     for (int i = 0; i < 3; i++) {
@@ -346,16 +232,16 @@ static int repeat(struct compiler *c, const struct fv_node *n, const struct spac
     return 0;
 }
 
-static int twist(struct compiler *c, const struct fv_node *n, const struct space *s, int to, struct fv_bound *bound)
+static int twist(struct compiler *c, const struct fv_node *n, const struct fv_space *s, int to, struct fv_bound *bound)
 {
-    struct space own;
+    struct fv_space own;
     if (straighten(c, n, s, &own) || registers(c, n, own.point + 1, "rotations and repetitions")) return -1;
     struct fv_field_code *code = emit(c, n, FV_FIELD_TWIST, own.point + 1, 0, own.point);
     if (!code) return -1;
     double turns = n->number[0] / 360 / own.scale, radians = fabs(turns) * 360 * DEGREE;
-    put(code->value, own.move, 3);
+    fv_field_put(code->value, own.move, 3);
     code->value[3] = (float)turns;
-    struct space below = {.turn = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .scale = own.scale, .point = own.point + 1};
+    struct fv_space below = {.turn = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .scale = own.scale, .point = own.point + 1};
     if (compile(c, c->text->child[n->first], &below, to, bound)) return -1;
     double side[2], low[3], high[3];
     for (int i = 0; i < 2; i++) side[i] = fmax(-bound->low[2 * i], bound->high[2 * i]);
@@ -385,16 +271,16 @@ static int twist(struct compiler *c, const struct fv_node *n, const struct space
 }
 
 /* displace: amplitude, metres a wave; noise: amplitude, metres a cell, gain, octaves. */
-static int displacement(struct compiler *c, const struct fv_node *n, const struct space *s, int to, struct fv_bound *bound)
+static int displacement(struct compiler *c, const struct fv_node *n, const struct fv_space *s, int to, struct fv_bound *bound)
 {
-    struct space own;
+    struct fv_space own;
     bool noise = n->shape == FV_SHAPE_NOISE;
     double amplitude = n->number[0] * s->scale, per_metre = 1 / (n->number[1] * s->scale), sum = amplitude;
     double slope = amplitude * per_metre * 2 * 180 * DEGREE;
     if (straighten(c, n, s, &own) || compile(c, c->text->child[n->first], &own, to, bound)) return -1;
     struct fv_field_code *code = emit(c, n, noise ? FV_FIELD_NOISE : FV_FIELD_DISPLACE, to, 0, own.point);
     if (!code) return -1;
-    put(code->value, own.move, 3);
+    fv_field_put(code->value, own.move, 3);
     code->value[3] = (float)per_metre;
     code->value[4] = (float)amplitude;
     if (noise) {
@@ -421,10 +307,10 @@ static int displacement(struct compiler *c, const struct fv_node *n, const struc
     return 0;
 }
 
-static int compile(struct compiler *c, int node, const struct space *space, int to, struct fv_bound *bound)
+static int compile(struct compiler *c, int node, const struct fv_space *space, int to, struct fv_bound *bound)
 {
     const struct fv_node *n = &c->text->node[node];
-    struct space below;
+    struct fv_space below;
     switch (n->shape) {
     case FV_SHAPE_UNION:
     case FV_SHAPE_INTERSECTION:
@@ -443,7 +329,7 @@ static int compile(struct compiler *c, int node, const struct space *space, int 
     }
 }
 
-static int add_part(struct compiler *c, int node, const struct space *space, const struct fv_field_part *like)
+static int add_part(struct compiler *c, int node, const struct fv_space *space, const struct fv_field_part *like)
 {
     struct fv_bound bound;
     const struct fv_node *n = &c->text->node[node];
@@ -468,10 +354,10 @@ static int add_part(struct compiler *c, int node, const struct space *space, con
 }
 
 /* A union's children, also where it is moved, turned or scaled as a whole, are parts each. */
-static int add_parts(struct compiler *c, int node, const struct space *space, const struct fv_field_part *like)
+static int add_parts(struct compiler *c, int node, const struct fv_space *space, const struct fv_field_part *like)
 {
     const struct fv_node *n = &c->text->node[node];
-    struct space below;
+    struct fv_space below;
     if (n->shape == FV_SHAPE_TRANSLATE || n->shape == FV_SHAPE_ROTATE || n->shape == FV_SHAPE_SCALE)
         return placed(c, n, space, &below) || add_parts(c, c->text->child[n->first], &below, like) ? -1 : 0;
     if (n->shape != FV_SHAPE_UNION) return add_part(c, node, space, like);
@@ -504,14 +390,14 @@ int64_t fv_fields_bytes(const struct fv_fields *f)
 static int compile_solids(struct compiler *c, struct fv_build *build)
 {
     const struct fv_field_text *t = c->text;
-    const struct space world = {.turn = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .scale = c->scale};
+    const struct fv_space world = {.turn = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .scale = c->scale};
     int material[FV_SOLIDS_MAX];
     for (int i = 0; i < t->materials; i++) material[i] = fv_build_material(build, &t->material[i].material);
     for (int i = 0; i < t->solids; i++) {
         const struct fv_field_material *m = &t->material[t->solid[i].material];
         struct fv_field_part like = {.material = material[t->solid[i].material],
                                      .checker_size = (float)(m->checker_size * c->scale)};
-        put(like.checker, m->checker, 3);
+        fv_field_put(like.checker, m->checker, 3);
         if (add_parts(c, t->solid[i].node, &world, &like)) return -1;
     }
     return 0;
