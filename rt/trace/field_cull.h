@@ -35,21 +35,14 @@ struct field_few {
     int16_t part[FV_FIELD_PARTS_MAX];
 };
 
-/* Of those that a cone meets, its lane's, where they are not behind `from` nor beyond `to`. */
-static inline void field_few_of(const struct field_met *met, int count, int lane, float from, float to, struct field_few *few)
+/* Of those that cones meet, one lane's, where they are not behind `from`. */
+static inline void field_few_of(const struct field_met *met, int count, int lane, float from, struct field_few *few)
 {
     few->count = 0;
     for (int i = 0; i < count; i++) {
         float near = met[i].near[lane], far = met[i].far[lane];
-        if (near <= far && far >= from && near <= to) few->part[few->count++] = (int16_t)met[i].part;
+        if (near <= far && far >= from) few->part[few->count++] = (int16_t)met[i].part;
     }
-}
-
-static inline void field_insert(struct field_kept *kept, struct field_met met)
-{
-    int i = kept->count++;
-    for (; i > 0 && kept->at[i - 1].enter > met.enter; i--) kept->at[i] = kept->at[i - 1];
-    kept->at[i] = met;
 }
 
 /* A cone around the packet: of rays within `base` + `growth` * s of the axis at the length s along it. */
@@ -139,7 +132,10 @@ static inline void field_keep(const struct field_rays *r, const struct field_sla
     if (!vi_any(meets)) return;
     near = vf_select(meets, near, inf);
     far = vf_select(meets, far, -inf);
-    field_insert(kept, (struct field_met){near, far, part, vf_least(near), vf_most(far)});
+    struct field_met met = {near, far, part, vf_least(near), vf_most(far)};
+    int i = kept->count++;
+    for (; i > 0 && kept->at[i - 1].enter > met.enter; i--) kept->at[i] = kept->at[i - 1];
+    kept->at[i] = met;
 }
 
 static inline void field_cull(const struct fv_tracer *tracer, const struct field_rays *r, struct field_kept *kept)

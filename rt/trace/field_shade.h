@@ -134,7 +134,7 @@ static inline void field_rest_of(const struct fv_tracer *tracer, const struct fi
     rest->blocked = shade->blocked[light] >> packet & 1;
     rest->known = shade->parts[light] >= 0 && left <= 1.1f;
     if (rest->known)
-        field_few_of(shade->at + shade->first[light], shade->parts[light], packet, 1 - left, __builtin_inff(), &rest->few);
+        field_few_of(shade->at + shade->first[light], shade->parts[light], packet, 1 - left, &rest->few);
 }
 
 #endif

@@ -266,7 +266,7 @@ static void trace_shaded(const struct shading *of, const struct fv_view *view, c
         }
         field_find_beams(shading.tracer, &beams, packets, r[0].origin, &all);
         for (int k = 0; k < packets; k++) {
-            field_few_of(all.at, all.count, k, 0, __builtin_inff(), &few);
+            field_few_of(all.at, all.count, k, 0, &few);
             met[k] = meet(&shading, &r[k], &few);
             ball[k] = field_ball_of(&met[k], r[k].origin, r[k].direction);
         }

@@ -340,10 +340,51 @@ static void lights_that_move(void **state)
         }
 }
 
+/* Lists that begin at starts find what is left of the way to lights by cones: of lights anywhere, the same shadows. */
+static void shadows_by_cones(void **state)
+{
+    (void)state;
+    static const char solids[] = M "solid a: plane(0, 1, 0, -1)\nsolid a: translate(0, 0, -4, sphere(0.8))\n"
+                                   "solid a: translate(1.2, -0.4, -3, twist(0.2, box(0.5, 1.2, 0.5)))\n"
+                                   "solid a: capsule(-2, -1, -3, -1, 1, -5, 0.02)\n"
+                                   "solid a: translate(0, 1.5, -4, difference(box(3, 0.2, 3), cylinder(0.5, 1)))";
+    static const char *const lights[] = {
+        "scene.point_lights=0 4 -4 200 200 200",           /* through the hole */
+        "scene.point_lights=0 0 -4 200 200 200",           /* inside a solid */
+        "scene.point_lights=0.3 -0.999 -3.4 20 20 20",     /* on a surface */
+        "scene.point_lights=-0.5 0.2 -2.9 5 5 5, 1 -0.9 -2 5 5 5, 2 3 1 50 50 50", /* near what it lights; several */
+        "scene.point_lights=1e4 1e4 0 4e8 4e8 4e8",        /* beyond where rays end */
+        "scene.sun=0.4 1 0.2 3 3 3", "scene.sun=1 0.002 0 300 300 300", "scene.sun=0.1 -1 0 3 3 3",
+    };
+    for (int isa = 0; isa <= (int)fv_cpu_isa(); isa++)
+        for (size_t n = 0; n < sizeof lights / sizeof lights[0]; n++) {
+            open_scene(solids, lights[n]);
+            struct fv_view view = look(0, 0, 0, 35);
+            const struct fv_kernels *kernels = fv_kernels_for((enum fv_isa)isa, fv_variant_for(small.scene.features));
+            trace(isa, &view, &samples);
+            int64_t steps = rays[FV_RAY_MARCH_STEPS];
+            memset(rays, 0, sizeof rays);
+            small_grid(&other, &view);
+            other.started = true;
+            memset(other.start, 0, sizeof other.start);
+            kernels->trace(&small.tracer, &view, &other, 1, rays);
+            other.started = false;
+            sound(&other);
+            int off = 0, lit = 0;
+            for (int i = 0; i < GRID; i++) {
+                lit += samples.red[i] > 0.2f;
+                off += fabsf(samples.red[i] - other.red[i]) > 0.02f * samples.red[i] + 1e-3f;
+            }
+            print_message("%s: %d of %d lit, %d otherwise, %.2f of the steps\n", lights[n], lit, GRID, off,
+                          (double)rays[FV_RAY_MARCH_STEPS] / (double)steps);
+            assert_true(off <= 3); /* shadows' edges: what counts as a hit is found by chance */
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test_teardown(scales, close_scene), cmocka_unit_test_teardown(at_the_limits, close_scene), cmocka_unit_test_teardown(limit_of_steps, close_scene),
                                        cmocka_unit_test_teardown(beside_triangles, close_scene), cmocka_unit_test_teardown(shadows, close_scene), cmocka_unit_test_teardown(nothing_changes, close_scene),
-                                       cmocka_unit_test_teardown(starts, close_scene), cmocka_unit_test_teardown(lights_that_move, close_scene)};
+                                       cmocka_unit_test_teardown(starts, close_scene), cmocka_unit_test_teardown(shadows_by_cones, close_scene), cmocka_unit_test_teardown(lights_that_move, close_scene)};
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }
