@@ -42,9 +42,23 @@ static void take_row(const struct fv_frame *f, const struct fv_raster *r, int x0
     f->kernels->compose(row, albedo, light, row, ROW);
 }
 
+enum { ROWS_AHEAD = 8 };
+
+static uint8_t *picture_row(const struct fv_frame *f, const struct fv_tile *tile, int y)
+{
+    return (uint8_t *)f->buffer[FV_PICTURE][tile->eye] + 4 * ((tile->y0 + y) * f->stride + tile->x0);
+}
+
+/* Far apart in memory, rows of the picture would be waited for one by one. */
+static void fetch_row(const uint8_t *rgbx)
+{
+    for (int x = 0; x < 4 * FV_TILE; x += 64) __builtin_prefetch(rgbx + x, 1, 2);
+}
+
 static void show_row(const struct fv_frame *f, const struct fv_tile *tile, int y, const uint32_t *colour)
 {
-    uint8_t *rgbx = (uint8_t *)f->buffer[FV_PICTURE][tile->eye] + 4 * ((tile->y0 + y) * f->stride + tile->x0);
+    uint8_t *rgbx = picture_row(f, tile, y);
+    if (y + ROWS_AHEAD < FV_TILE) fetch_row(rgbx + 4 * ROWS_AHEAD * f->stride);
     f->kernels->present(colour, rgbx, FV_TILE);
     if (f->overlay) overlay_row(f, tile, y, colour, rgbx);
 }
@@ -91,6 +105,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     const uint32_t *colour = f->buffer[FV_COLOUR][tile->eye];
     int64_t plane = f->raster[FV_FINE][tile->eye].plane;
     _Alignas(64) uint32_t whole[FV_TILE];
+    for (int y = 0; y < ROWS_AHEAD; y++) fetch_row(picture_row(f, tile, y));
     if (tile->density != FV_FINE) show_coarse(f, tile);
     for (int y = 0; y < FV_TILE && tile->density == FV_FINE; y++) {
         const uint32_t *row = colour + (tile->y0 + y) * f->stride + tile->x0;

@@ -16,7 +16,7 @@
 #define reproject FV_ISA_NAME(fv_reproject)
 void reproject(struct fv_reproject_tile *tile);
 
-enum { PREFETCH_ROWS = 4 };
+enum { PREFETCH_ROWS = 6 };
 
 static inline vf table(const float t[NODES], vi index)
 {
@@ -93,6 +93,8 @@ static void prefetch_first(const struct fv_reproject_tile *t, const struct sourc
         __builtin_prefetch(s->colour + at);
         __builtin_prefetch(s->cache + at + 16);
         __builtin_prefetch(s->colour + at + 16);
+        __builtin_prefetch(s->cache + at + 32);
+        __builtin_prefetch(s->colour + at + 32);
     }
 }
 
@@ -104,6 +106,15 @@ static inline void prefetch_below(const struct source *s, vi index)
     __builtin_prefetch(s->cache + ahead + FV_WIDTH);
     __builtin_prefetch(s->colour + ahead);
     __builtin_prefetch(s->colour + ahead + FV_WIDTH);
+}
+
+/* The raster's own row from there on, before it is written. */
+static inline void prefetch_out(const struct fv_reproject_tile *t, int64_t row)
+{
+    for (int x = 0; x < t->side; x += 16) {
+        __builtin_prefetch(t->raster->colour + row + x, 1, 2);
+        __builtin_prefetch(t->raster->cache + row + x, 1, 2);
+    }
 }
 
 /* Further guesses of the lanes that are at an edge or where the first one failed. */
@@ -350,6 +361,7 @@ void reproject(struct fv_reproject_tile *t)
         v.y = (float)(t->y0 + y) + 0.5f;
         v.out = (int64_t)(t->y0 + y) * t->raster->stride + t->x0;
         uint32_t missing = 0, marked = 0, bent = 0;
+        if (y + PREFETCH_ROWS < t->side) prefetch_out(t, v.out + PREFETCH_ROWS * t->raster->stride);
         float gy = ((float)y + 0.5f - t->node[1]) * (1 / t->spacing) + 1;
         int j = (int)gy;
         if (j != below) take_cells(t, &nodes, j, &cells);
