@@ -8,30 +8,36 @@ enum {
     REACH = 3 /* of the filters that interpolate history, in pixels beyond a tile */
 };
 
-/* `sample`: of f->planes. */
+/* `sample`: encoded, of f->planes; NULL: the worker's samples are merged as they are. */
 static void merge(struct fv_frame *f, const struct fv_tile *tile, int count,
                   const uint32_t (*sample)[FV_SAMPLES_MAX], const float *inverse_depth, const int32_t *surface)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
-    const struct fv_merge m = {.count = count,
-                               .seed = (uint32_t)f->number * 0x85ebca6bu + (uint32_t)tile->index * 0xc2b2ae35u,
-                               .epsilon = f->epsilon_depth,
-                               .still = f->still,
-                               .k = f->k[f->still],
-                               .sample = sample[FV_PLANE_BASE],
-                               .inverse_depth = inverse_depth,
-                               .surface = surface,
-                               .nearest = s->nearest,
-                               .farthest = s->farthest,
-                               .replaced = s->replaced,
-                               .colour = s->merged_colour[FV_PLANE_BASE],
-                               .cache = s->merged_cache,
-                               .apart = fv_light_apart(f),
-                               .light_k = f->light_k[f->still],
-                               .sample_albedo = sample[FV_PLANE_ALBEDO],
-                               .sample_light = sample[FV_PLANE_LIGHT],
-                               .albedo = s->merged_colour[FV_PLANE_ALBEDO],
-                               .light = s->merged_colour[FV_PLANE_LIGHT]};
+    struct fv_merge m = {.count = count,
+                         .seed = (uint32_t)f->number * 0x85ebca6bu + (uint32_t)tile->index * 0xc2b2ae35u,
+                         .epsilon = f->epsilon_depth,
+                         .still = f->still,
+                         .k = f->k[f->still],
+                         .red = s->samples.red,
+                         .green = s->samples.green,
+                         .blue = s->samples.blue,
+                         .exposure = f->tracer->data->exposure,
+                         .inverse_depth = inverse_depth,
+                         .surface = surface,
+                         .nearest = s->nearest,
+                         .farthest = s->farthest,
+                         .replaced = s->replaced,
+                         .colour = s->merged_colour[FV_PLANE_BASE],
+                         .cache = s->merged_cache,
+                         .apart = fv_light_apart(f),
+                         .light_k = f->light_k[f->still],
+                         .albedo = s->merged_colour[FV_PLANE_ALBEDO],
+                         .light = s->merged_colour[FV_PLANE_LIGHT]};
+    if (sample) {
+        m.sample = sample[FV_PLANE_BASE];
+        m.sample_albedo = sample[FV_PLANE_ALBEDO];
+        m.sample_light = sample[FV_PLANE_LIGHT];
+    }
     f->kernels->merge(&m);
 }
 
@@ -41,15 +47,6 @@ static void take_bounds(const struct fv_frame *f, const struct fv_tile *tile, ui
     const struct fv_raster *raster = fv_tile_raster(f, tile);
     f->kernels->bounds[tile->density](raster->cache + fv_tile_row(f, tile, 0), raster->stride, fv_tile_side(tile), rows,
                        s->tile_nearest, s->tile_farthest);
-}
-
-/* The rows of pixels that the blocks lie in. */
-static uint32_t rows_of(uint64_t blocks)
-{
-    uint32_t rows = 0;
-    for (int y = 0; y < FV_BLOCKS; y++)
-        if (blocks >> (FV_BLOCKS * y) & 255) rows |= 15u << (FV_BLOCK * y);
-    return rows;
 }
 
 /* Of the blocks' pixels, albedo and light: to the worker, or back. */
@@ -72,7 +69,7 @@ void fv_merge_blocks(struct fv_frame *f, const struct fv_tile *tile, uint64_t bl
     const struct fv_raster *raster = fv_tile_raster(f, tile);
     uint32_t *colour = s->merged_colour[FV_PLANE_BASE];
     int n = 0;
-    take_bounds(f, tile, rows_of(blocks));
+    take_bounds(f, tile, fv_block_rows(blocks));
     for (uint64_t left = blocks; left; left &= left - 1) {
         int block = __builtin_ctzll(left);
         int first = block / FV_BLOCKS * FV_BLOCK * FV_TILE + block % FV_BLOCKS * FV_BLOCK;
@@ -87,7 +84,7 @@ void fv_merge_blocks(struct fv_frame *f, const struct fv_tile *tile, uint64_t bl
         }
     }
     if (fv_light_apart(f)) move_apart(f, tile, blocks, false);
-    merge(f, tile, n, s->pixel, s->samples.inverse_depth, s->samples.surface);
+    merge(f, tile, n, fv_light_apart(f) ? s->pixel : NULL, s->samples.inverse_depth, s->samples.surface);
     n = 0;
     for (uint64_t left = blocks; left; left &= left - 1)
         for (int y = 0; y < FV_BLOCK; y++, n += FV_BLOCK) {

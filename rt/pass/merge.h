@@ -12,7 +12,9 @@ struct fv_merge {
     float epsilon;              /* relative depth difference beyond which history is dropped */
     bool still;                 /* nothing moves: history is the pixel's own, and edges become a mean of both sides */
     const float *k;             /* FV_CACHE_OLDEST + 1: least weight of a new sample, by age */
-    const uint32_t *sample;     /* colours */
+    const uint32_t *sample;     /* colours; NULL: merged is what they are of, encoded only where it replaces history: */
+    const float *red, *green, *blue; /* radiance */
+    float exposure;
     const float *inverse_depth; /* of the samples; FV_DEPTH_UNKNOWN: the sample says nothing */
     const float *nearest, *farthest; /* of the inverse depths at and around the pixels: silhouettes are a mean of both sides */
     const int32_t *surface;     /* of the samples, enum fv_surface */
@@ -24,8 +26,8 @@ struct fv_merge {
     uint32_t *albedo, *light;
 };
 
-/* The worker's samples and pixels (scratch) into the tile's blocks that they were placed in. `replaced`:
- * blocks whose history is dropped. */
+/* The worker's samples (scratch), which are traced, and encoded where light is kept apart, into the tile's blocks that
+ * they were placed in. `replaced`: blocks whose history is dropped. */
 void fv_merge_blocks(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks, uint64_t replaced);
 
 /* The support image's nodes that lie in the tile, each into its pixel. */

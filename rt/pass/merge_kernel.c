@@ -29,12 +29,27 @@ static inline vi pack_dithered(vf3 code, vf noise)
     return r | (g << 10) | (b << 20);
 }
 
-/* history moved towards the sample by alpha of the way in linear light, both encoded. Decoding and encoding again
+/* The history's code moved towards the sample by alpha of the way in linear light. Decoding and encoding again
  * shifts a code by less than a five-hundredth, and means by no more than that over the least alpha. */
-static inline vf blend(vf history, vf sample, vf alpha)
+static inline vf blend(vf history, vf linear, vf alpha)
 {
-    vf h = pixel_decode_channel(history * (1 / 1023.0f)), s = pixel_decode_channel(sample * (1 / 1023.0f));
-    return 1023.0f * pixel_encode_channel(h + alpha * (s - h));
+    vf h = pixel_decode_channel(history * (1 / 1023.0f));
+    return 1023.0f * pixel_encode_channel(h + alpha * (linear - h));
+}
+
+/* Of a vector of samples, what they count as in linear light, and colours; these at least in the lanes of mask. */
+static inline vf3 take_samples(const struct fv_merge *m, int i, vi mask, vi *colour)
+{
+    if (m->sample) {
+        vf3 code = pixel_unpack(*colour = vi_load(m->sample + i));
+        return (vf3){pixel_decode_channel(code.x * (1 / 1023.0f)), pixel_decode_channel(code.y * (1 / 1023.0f)),
+                     pixel_decode_channel(code.z * (1 / 1023.0f))};
+    }
+    vf3 linear = {vf_load(m->red + i), vf_load(m->green + i), vf_load(m->blue + i)};
+    *colour = vi_any(mask) ? pixel_encode(linear, m->exposure) : vi_of(0);
+    linear = vf3_scale(linear, vf_of(m->exposure));
+    return (vf3){vf_clamp(linear.x, 0, PIXEL_BRIGHTEST), vf_clamp(linear.y, 0, PIXEL_BRIGHTEST),
+                 vf_clamp(linear.z, 0, PIXEL_BRIGHTEST)};
 }
 
 /* The same of codes of albedo and of light (trace/pixel.h). */
@@ -81,7 +96,7 @@ static __attribute__((noinline)) void merge_apart(const struct fv_merge *m, int 
 void merge(const struct fv_merge *m)
 {
     for (int i = 0; i < m->count; i += FV_WIDTH) {
-        vi sample = vi_load(m->sample + i), colour = vi_load(m->colour + i), cache = vi_load(m->cache + i);
+        vi sample, colour = vi_load(m->colour + i), cache = vi_load(m->cache + i);
         vf w = vf_load(m->inverse_depth + i);
         vf rho = vf_from(cache_rho(cache));
         vi known = (w >= 0.0f) & (w <= FV_INVERSE_DEPTH_MAX);
@@ -93,7 +108,7 @@ void merge(const struct fv_merge *m)
         vf alpha = vf_max(1.0f / (rho + 1.0f), vf_gather(m->k, cache_age(cache)));
         alpha = vf_select(fresh, vf_of(1), alpha);
         vf rest = 1.0f - alpha;
-        vf3 h = pixel_unpack(colour), s = pixel_unpack(sample);
+        vf3 h = pixel_unpack(colour), s = take_samples(m, i, fresh, &sample);
         vf noise = dither(i, m->seed);
         vf3 moved = {blend(h.x, s.x, alpha), blend(h.y, s.y, alpha), blend(h.z, s.z, alpha)};
         vi mean = vi_select(fresh, sample, pack_dithered(moved, noise)) | (int32_t)FV_PIXEL_SAMPLED;

@@ -143,12 +143,17 @@ static bool sparse(const struct fv_frame *f, const struct fv_tile *tile)
 void fv_samples_trace(struct fv_frame *f, const struct fv_tile *tile, int fewer)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
+    s->samples.split = fv_light_apart(f);
+    s->samples.fewer = fewer;
+    f->kernels->trace(f->tracer, &f->view[tile->eye], &s->samples, (uint32_t)f->number, s->rays);
+}
+
+void fv_samples_encode(struct fv_frame *f, const struct fv_tile *tile)
+{
+    struct fv_worker_scratch *s = &f->scratch[tile->worker];
     struct fv_samples *v = &s->samples;
     const struct fv_kernels *k = f->kernels;
     float exposure = f->tracer->data->exposure;
-    v->split = fv_light_apart(f);
-    v->fewer = fewer;
-    k->trace(f->tracer, &f->view[tile->eye], v, (uint32_t)f->number, s->rays);
     k->encode(v->red, v->green, v->blue, exposure, s->pixel[FV_PLANE_BASE], v->count);
     if (!v->split) return;
     k->encode_albedo(v->albedo_red, v->albedo_green, v->albedo_blue, s->pixel[FV_PLANE_ALBEDO], v->count);

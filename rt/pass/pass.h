@@ -255,6 +255,15 @@ static inline int64_t fv_block_row(const struct fv_frame *frame, const struct fv
     return fv_tile_row(frame, tile, block / FV_BLOCKS * FV_BLOCK + y) + block % FV_BLOCKS * FV_BLOCK;
 }
 
+/* The tile's rows of pixels that the blocks lie in, a bit each. */
+static inline uint32_t fv_block_rows(uint64_t blocks)
+{
+    uint32_t rows = 0;
+    for (int y = 0; y < FV_BLOCKS; y++)
+        if (blocks >> (FV_BLOCKS * y) & 255) rows |= 15u << (FV_BLOCK * y);
+    return rows;
+}
+
 /* Of the picture's pixels, how many one stands for. */
 static inline int fv_density_pixels(int density)
 {
@@ -301,9 +310,11 @@ static inline bool fv_light_apart(const struct fv_frame *frame)
     return frame->planes == FV_PLANES;
 }
 
-/* Traces and encodes the worker's samples, into scratch->samples and scratch->pixel. `fewer`: as in struct
- * fv_samples. */
+/* Traces the worker's samples, into scratch->samples. `fewer`: as in struct fv_samples. */
 void fv_samples_trace(struct fv_frame *frame, const struct fv_tile *tile, int fewer);
+
+/* Encodes what was traced, into scratch->pixel. */
+void fv_samples_encode(struct fv_frame *frame, const struct fv_tile *tile);
 
 /* Traces and encodes the mean of spp samples of each pixel that the worker's samples stand in. One goes through the
  * pixel's centre; more are spread over sqrt(spp) x sqrt(spp) strata (spp that is no square: a rank-1 lattice), the

@@ -14,12 +14,40 @@ static uint64_t foveal(const struct fv_frame *f, const struct fv_tile *tile, uin
     return mask;
 }
 
+/* A raster's rows of the tile that have bits in `rows`. One of each is read, since a prefetch of a page whose
+ * translation is not at hand is dropped. */
+static void fetch_rows(const struct fv_raster *r, int64_t first, int side, uint32_t rows)
+{
+    enum { LINE = 64 / sizeof(uint32_t) };
+    (void)*(const volatile uint32_t *)(r->colour + first);
+    (void)*(const volatile uint32_t *)(r->cache + first);
+    for (; rows; rows &= rows - 1) {
+        int64_t row = first + __builtin_ctz(rows) * r->stride;
+        for (int x = 0; x < side; x += LINE) {
+            __builtin_prefetch(r->cache + row + x, 1, 2);
+            __builtin_prefetch(r->colour + row + x, 1, 2);
+        }
+    }
+}
+
+/* What the blocks are merged into, and what that is halved into, on its way while rays are traced. */
+static void fetch(const struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
+{
+    fetch_rows(fv_tile_raster(f, tile), fv_tile_row(f, tile, 0), fv_tile_side(tile), fv_block_rows(blocks));
+    for (int d = tile->density + 1; d < FV_DENSITIES; d++) {
+        const struct fv_raster *r = &f->raster[d][tile->eye];
+        fetch_rows(r, (tile->y0 >> d) * r->stride + (tile->x0 >> d), FV_TILE >> d, ~0u >> (32 - (FV_TILE >> d)));
+    }
+}
+
 static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     uint64_t blocks = ((uint64_t *)f->buffer[FV_SELECTED][0])[tile->index], replaced = 0;
     if (!blocks) return 0;
+    fetch(f, tile, blocks);
     fv_tile_trace(f, tile, blocks);
+    if (fv_light_apart(f)) fv_samples_encode(f, tile);
     if (!f->state[tile->index].reprojected) replaced = blocks;
     else if (!f->keep)
         replaced = foveal(f, tile, blocks) | ((uint64_t *)f->buffer[FV_RESAMPLED][0])[tile->index];

@@ -13,6 +13,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
         fv_samples_trace_mean(f, tile, f->parameters.spp);
     } else {
         fv_tile_trace(f, tile, blocks);
+        fv_samples_encode(f, tile);
     }
     const uint32_t *pixel = s->pixel[FV_PLANE_BASE];
     int traced = s->samples.count * f->parameters.spp;

@@ -179,6 +179,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     }
     if (samples->count == 0) return 0;
     fv_samples_trace(f, tile, FEWER);
+    fv_samples_encode(f, tile);
     for (int i = 0; i < samples->count; i++) {
         uint32_t colour[FV_PLANES] = {s->pixel[FV_PLANE_BASE][i], s->pixel[FV_PLANE_ALBEDO][i],
                                       s->pixel[FV_PLANE_LIGHT][i]};

@@ -8,6 +8,9 @@
 
 #include "rt/trace/simd.h"
 
+/* What the highest code stands for, and all that is brighter. */
+#define PIXEL_BRIGHTEST 7.2416f
+
 /* Filmic curve of Narkowicz (2015), then the sRGB curve in square roots (error < 0.002), both of
  * [0, inf]: NaN and negative give 0, infinity gives 1. */
 static inline vf pixel_encode_channel(vf linear)

@@ -70,6 +70,8 @@ static struct inputs {
     _Alignas(64) int32_t replaced[COUNT], surface[COUNT];
 } in;
 static _Alignas(64) uint32_t colour[COUNT], cache[COUNT];
+static _Alignas(64) float radiance[3][COUNT]; /* of the samples, at that exposure */
+static const float exposure = 0.5f;
 
 /* Steps of colour between nothing and all; samples of the history's depth, of others, of none. */
 static void draw_inputs(void)
@@ -93,15 +95,24 @@ static void draw_inputs(void)
     }
 }
 
-static void merge(int isa, uint32_t of)
+static void merge(int isa, uint32_t of, bool encoded)
 {
-    const struct fv_merge m = {.count = COUNT, .seed = of, .epsilon = 0.03f, .k = in.k, .sample = in.sample,
+    const struct fv_merge m = {.count = COUNT, .seed = of, .epsilon = 0.03f, .k = in.k,
+                               .sample = encoded ? in.sample : NULL, .red = radiance[0], .green = radiance[1],
+                               .blue = radiance[2], .exposure = exposure,
                                .inverse_depth = in.depth, .nearest = in.nearest, .farthest = in.farthest,
                                .surface = in.surface,
                                .replaced = in.replaced, .colour = colour, .cache = cache};
     memcpy(colour, in.colour, sizeof colour);
     memcpy(cache, in.cache, sizeof cache);
     fv_kernels((enum fv_isa)isa)->merge(&m);
+}
+
+static void take_radiances(void)
+{
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i < COUNT; i++)
+            radiance[c][i] = (float)decode((double)(in.sample[i] >> 10 * c & 1023) / 1023) / exposure;
 }
 
 /* What must come out; `mean`: of each channel. False where nothing may change. */
@@ -139,9 +150,9 @@ static void check_cache(int i, double rho, bool known)
     if (!(fabsf(w - in.depth[i]) <= in.depth[i] / 512)) fail_msg("pixel %d: %g of %g", i, (double)w, (double)in.depth[i]);
 }
 
-static void merged_as_stated(void **state)
+/* Of codes, or of the radiances that these stand for. */
+static void check_means(bool encoded)
 {
-    (void)state;
     FOR_EACH_ISA
     {
         static double sum[COUNT][3];
@@ -149,8 +160,9 @@ static void merged_as_stated(void **state)
         memset(sum, 0, sizeof sum);
         seed = 1;
         draw_inputs();
+        take_radiances();
         for (uint32_t s = 0; s < SEEDS; s++) {
-            merge(isa, s * 0x85ebca6bu);
+            merge(isa, s * 0x85ebca6bu, encoded);
             for (int i = 0; i < COUNT; i++)
                 for (int c = 0; c < 3; c++) sum[i][c] += colour[i] >> 10 * c & 1023;
         }
@@ -165,6 +177,7 @@ static void merged_as_stated(void **state)
             check_cache(i, rho, known);
             for (int c = 0; c < 3; c++) {
                 double off = fabs(sum[i][c] / SEEDS - mean[c]);
+                if (!encoded && mean[c] == 42) within[c] = 1; /* no light's */
                 if (within[c] < 0.2) worst = fmax(worst, off);
                 if (off > within[c])
                     fail_msg("%s, pixel %d: %.3f, must be %.3f (%08x, %08x, %08x)", fv_cpu_isa_name((enum fv_isa)isa), i,
@@ -173,6 +186,44 @@ static void merged_as_stated(void **state)
         }
         print_message("%s: means of %d within %.3f of a step\n", fv_cpu_isa_name((enum fv_isa)isa), SEEDS, worst);
     }
+}
+
+static void merged_as_stated(void **state)
+{
+    (void)state;
+    check_means(true);
+}
+
+static void radiance_merged_as_stated(void **state)
+{
+    (void)state;
+    check_means(false);
+}
+
+/* Radiance that is no number is black, and what is too bright for any code counts as the highest one does. */
+static void radiance_is_bounded(void **state)
+{
+    static const float extreme[] = {NAN, -1, -INFINITY, 0, 1e3f, 1e30f, INFINITY};
+    static const double counted[] = {0, 0, 0, 0, 1023, 1023, 1023};
+    (void)state;
+    FOR_EACH_ISA
+        for (size_t e = 0; e < sizeof extreme / sizeof extreme[0]; e++) {
+            draw_inputs();
+            for (int c = 0; c < 3; c++)
+                for (int i = 0; i < COUNT; i++) radiance[c][i] = extreme[e];
+            for (int i = 0; i < COUNT; i++) in.sample[i] = extreme[e] > 0 ? 0x3fffffff : 0;
+            merge(isa, 1, false);
+            for (int i = 0; i < COUNT; i++) {
+                double mean[3], within[3], rho;
+                bool known;
+                if (!expected(i, mean, within, &rho, &known)) continue;
+                for (int c = 0; c < 3; c++) {
+                    double got = colour[i] >> 10 * c & 1023;
+                    if (within[c] == 0) assert_true(got == counted[e]);
+                    else assert_true(fabs(got - mean[c]) <= 1 + within[c]);
+                }
+            }
+        }
 }
 
 /* Where all samples count alike and depths stay, rho counts them and stops at 255; a sample that replaces begins
@@ -190,7 +241,7 @@ static void rho_counts_samples(void **state)
         }
         for (int n = 1; n <= 300; n++) {
             if (n == 300) memset(in.replaced, -1, sizeof in.replaced);
-            merge(isa, (uint32_t)n);
+            merge(isa, (uint32_t)n, true);
             int rho = n == 300 ? 1 : n < 255 ? n : 255;
             for (int i = 0; i < COUNT; i++) assert_int_equal(cache[i], word(1, rho, 0));
             memcpy(in.cache, cache, sizeof cache);
@@ -268,7 +319,8 @@ static void halved_and_doubled(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(merged_as_stated), cmocka_unit_test(rho_counts_samples),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(merged_as_stated), cmocka_unit_test(radiance_merged_as_stated),
+                                       cmocka_unit_test(radiance_is_bounded), cmocka_unit_test(rho_counts_samples),
                                        cmocka_unit_test(bounds_are_those_around), cmocka_unit_test(halved_and_doubled)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
