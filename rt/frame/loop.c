@@ -31,6 +31,7 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
                                      .minimum = strcmp(c->method_starts, "minimum") == 0,
                                      .blur = strcmp(c->method_blur, "on") == 0,
                                      .cut = strcmp(c->budget_adapt, "on") == 0,
+                                     .carry = strcmp(c->method_carry, "on") == 0,
                                      .spp_passed = (int)c->method_ssaa_passed,
                                      .edge = (float)c->method_edge,
                                      .lowest_deg = (float)c->method_lowest_deg};
@@ -159,6 +160,23 @@ static void swap(struct fv_frame *f, int now, int history)
     }
 }
 
+static void swap_holds(struct fv_frame *f)
+{
+    for (int t = 0; t < f->tiles; t++) {
+        uint8_t now = f->state[t].holds[0];
+        f->state[t].holds[0] = f->state[t].holds[1];
+        f->state[t].holds[1] = now;
+    }
+}
+
+/* The pyramid's lower levels. */
+static void swap_lower(struct fv_frame *f)
+{
+    for (int d = FV_COARSE; d < FV_DENSITIES; d++) swap(f, FV_COLOUR + 2 * d, FV_HISTORY_COLOUR + 2 * d);
+    swap(f, FV_STARTS, FV_HISTORY_STARTS);
+    swap_holds(f);
+}
+
 /* What was this frame's becomes the history of the next. */
 static void swap_history(struct fv_loop *loop)
 {
@@ -166,6 +184,8 @@ static void swap_history(struct fv_loop *loop)
     memcpy(f->before, f->view, sizeof f->before);
     memcpy(f->object_before, f->object, sizeof f->object_before);
     f->has_history = loop->plan->history;
+    f->pyramid.has_last = loop->plan->carry;
+    if (loop->plan->carry) swap_lower(f);
     if (!f->has_history) return;
     f->spacing_before = f->spacing;
     for (int b = FV_COLOUR; b < FV_HISTORY_COLOUR; b++) swap(f, b, b + FV_HISTORY_COLOUR);
@@ -173,11 +193,7 @@ static void swap_history(struct fv_loop *loop)
         swap(f, FV_SUPPORT_DEPTH, FV_SUPPORT_HISTORY_DEPTH);
         swap(f, FV_SUPPORT_SURFACE, FV_SUPPORT_HISTORY_SURFACE);
     }
-    for (int t = 0; t < f->tiles; t++) {
-        uint8_t now = f->state[t].holds[0];
-        f->state[t].holds[0] = f->state[t].holds[1];
-        f->state[t].holds[1] = now;
-    }
+    swap_holds(f);
 }
 
 static void set_maps(struct fv_frame *f, int e)
@@ -200,7 +216,7 @@ static void take_latch(struct fv_loop *loop, const struct fv_pose *head, const d
     fv_tracer_move(f->tracer, f->object);
     for (int e = 0; e < f->eyes; e++) {
         fv_loop_view(loop, e, &loop->head, gaze[e], &f->view[e]);
-        if (f->has_history) set_maps(f, e);
+        if (f->has_history || f->pyramid.has_last) set_maps(f, e);
         f->still = (e == 0 || f->still) && f->has_history && scene->objects == 0 && fv_map_still(&f->map[e], &f->view[e]);
     }
     for (int w = 0; w < loop->workers->count; w++) {
@@ -260,7 +276,7 @@ void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const doubl
 void fv_loop_restart(struct fv_loop *loop)
 {
     loop->frame.number = 0;
-    loop->frame.has_history = false;
+    loop->frame.has_history = loop->frame.pyramid.has_last = false;
     for (int t = 0; t < loop->frame.tiles && loop->frame.state && !loop->plan->history; t++)
         loop->frame.state[t].holds[0] = 0;
     loop->frame.marked_share = loop->frame.failed_share = loop->frame.unanswered_share = 0;

@@ -31,6 +31,7 @@ static const char *const buffer_names[FV_BUFFERS] = {
     [FV_RESAMPLED] = "resampled blocks",
     [FV_MASKED] = "masked blocks",
     [FV_STARTS] = "starts",
+    [FV_HISTORY_STARTS] = "history starts",
     [FV_PICTURE] = "picture",
 };
 
@@ -73,7 +74,8 @@ static int64_t bytes_of(const struct fv_frame *f, enum fv_buffer buffer)
     case FV_SUPPORT_HISTORY_DEPTH: return 4 * pixels / (f->spacing * f->spacing);
     case FV_SUPPORT_SURFACE:
     case FV_SUPPORT_HISTORY_SURFACE: return pixels / (f->spacing * f->spacing);
-    case FV_STARTS: return 4 * pixels / (FV_BLOCK * FV_BLOCK);
+    case FV_STARTS:
+    case FV_HISTORY_STARTS: return 4 * pixels / (FV_BLOCK * FV_BLOCK);
     case FV_SELECTED:
     case FV_MASKED:
     case FV_RESAMPLED: return 8 * (int64_t)f->tiles_x * f->tiles_y;
@@ -120,6 +122,28 @@ static void choose_passes(struct fv_plan *p, const struct fv_config *config)
                 fv_plan_add(p, "pass", pass->name, false, 0, "a step of method %s, not of %s",
                             fv_method_at(n)->name, p->method->name);
         }
+}
+
+/* Lower levels of the pyramid are carried over where they are not traced in every frame: as the settings say, or where
+ * levels of quality do. */
+static void choose_carry(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config,
+                         const struct fv_frame *f)
+{
+    bool can = p->buffers & FV_BIT(FV_HISTORY_STARTS), adapts = strcmp(config->budget_adapt, "on") == 0;
+    const char *why = !can                                           ? "no pass carries levels over"
+                      : strcmp(config->method_carry, "on") != 0      ? "method.carry is off: they stay as they were"
+                      : s->fields.parts == 0                         ? "scene.fields is empty: no starts tell where they were"
+                      : s->triangles > 0                             ? "the scene has triangles, which starts do not know: all is traced"
+                      : strcmp(config->method_foveation, "on") != 0 && !adapts ? "method.foveation is off: there are none"
+                      : config->method_refresh == 1 && !adapts       ? "method.refresh is 1: all is traced"
+                                                                     : NULL;
+    int64_t bytes = 0;
+    for (int b = 0; b < FV_BUFFERS; b++)
+        if (FV_CARRIED & FV_BIT(b)) bytes += f->eyes * bytes_of(f, (enum fv_buffer)b);
+    p->carry = !why;
+    if (can && why) p->buffers &= ~FV_CARRIED;
+    fv_plan_add(p, "feature", "carried levels", p->carry, can ? bytes : 0, "%s",
+                why ? why : "the pyramid's lower levels are traced in turns: beside them the last frame's");
 }
 
 /* "written by a, b; read by c", of kept passes. */
@@ -340,6 +364,7 @@ void fv_plan_make(struct fv_plan *p, const struct fv_method *method, const struc
 {
     *p = (struct fv_plan){.method = method};
     choose_passes(p, config);
+    choose_carry(p, scene, config, frame);
     choose_light(p, scene, config, frame);
     choose_buffers(p, frame);
     choose_features(p, scene, config);

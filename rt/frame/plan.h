@@ -14,6 +14,7 @@ struct fv_plan {
     int64_t bytes[FV_BUFFERS];      /* of all eyes */
     bool present;                   /* a sink takes pictures */
     bool history;                   /* colour and depth are swapped after each frame */
+    bool carry;                     /* the pyramid's lower levels and starts are */
     uint32_t needs;                 /* enum fv_needs of the passes together */
     bool noise;                     /* a pass needs the blue-noise mask */
     bool gaze;                      /* something uses where the eye looks: else its source is not opened */

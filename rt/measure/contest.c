@@ -23,8 +23,11 @@ struct tally {
 void fv_contender_plan(struct fv_contender *c, const struct fv_method *method, const struct fv_config *config,
                        const struct fv_tracer *tracer)
 {
+    static struct fv_config adapted; /* any level may be asked for: what one of them needs is taken */
+    adapted = *config;
+    snprintf(adapted.budget_adapt, sizeof adapted.budget_adapt, "on");
     fv_frame_size(&c->loop.frame, config);
-    fv_plan_make(&c->plan, method, tracer->data, config, &c->loop.frame);
+    fv_plan_make(&c->plan, method, tracer->data, &adapted, &c->loop.frame);
 }
 
 void fv_contender_open(struct fv_contender *c, const struct fv_config *config, const struct fv_tracer *tracer,

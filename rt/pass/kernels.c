@@ -20,6 +20,7 @@
     void fv_pixel_encode_albedo_##isa(const float *, const float *, const float *, uint32_t *, int);             \
     void fv_pixel_compose_##isa(const uint32_t *, const uint32_t *, const uint32_t *, uint32_t *, int);          \
     void fv_reproject_##isa(struct fv_reproject_tile *);                                                         \
+    void fv_pyramid_carry_##isa(struct fv_carry *);                                                              \
     void fv_support_answer_##isa(struct fv_support_packet *);                                                    \
     void fv_merge_##isa(const struct fv_merge *);                                                                \
     void fv_bounds_##isa(const uint32_t *, int64_t, int, uint32_t, float *, float *);                            \
@@ -34,6 +35,7 @@
         .encode_albedo = fv_pixel_encode_albedo_##isa, .compose = fv_pixel_compose_##isa,                        \
         .reproject = {fv_reproject_##isa, fv_reproject_##isa, fv_reproject_##narrow}, .merge = fv_merge_##isa,   \
         .bounds = {fv_bounds_##isa, fv_bounds_##isa, fv_bounds_##narrow}, .answer = fv_support_answer_##isa,     \
+        .carry = {[FV_COARSE] = fv_pyramid_carry_##isa, [FV_COARSEST] = fv_pyramid_carry_##narrow},              \
         .halve = fv_halve_##isa, .double_row = fv_double_row_##isa, .present = fv_pixel_present_##isa            \
     }
 #define ROWS(isa, narrow)                                                                                        \

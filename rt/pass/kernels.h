@@ -12,6 +12,7 @@ enum fv_density { FV_FINE, FV_COARSE, FV_COARSEST, FV_DENSITIES };
 struct fv_reproject_tile; /* rt/pass/reproject.h */
 struct fv_merge;          /* rt/pass/merge.h */
 struct fv_support_packet; /* rt/pass/support.h */
+struct fv_carry;          /* rt/pass/pyramid.h */
 
 struct fv_kernels {
     /* Traces and shades samples [0, count); seed: changes the random numbers of sampled light.
@@ -41,6 +42,9 @@ struct fv_kernels {
 
     /* One tile of history into the new view, by its density; see reproject.h. */
     void (*reproject[FV_DENSITIES])(struct fv_reproject_tile *tile);
+
+    /* The last frame's lower levels of the pyramid into the new view, by the tile's density; see pyramid.h. */
+    void (*carry[FV_DENSITIES])(struct fv_carry *carry);
 
     /* What history tells of a packet of support nodes; see support.h. */
     void (*answer)(struct fv_support_packet *packet);

@@ -46,6 +46,7 @@ enum fv_buffer {
     FV_RESAMPLED,      /* of these, those that history was not good enough for */
     FV_MASKED,         /* mask of blocks that are traced at the pyramid's highest level, 64 bits a tile */
     FV_STARTS,         /* of each 4 x 4 pixels, where rays through fields begin (pass/pyramid.h), float */
+    FV_HISTORY_STARTS, /* the frame before's: swapped with it, where levels are carried over */
     FV_PICTURE,        /* 8-bit picture for the display */
     FV_BUFFERS
 };
@@ -56,9 +57,12 @@ enum fv_buffer {
 /* Bits of the colours and caches of all rasters, from the first of them. */
 #define FV_RASTERS ((1u << 2 * FV_DENSITIES) - 1)
 
+/* What lower levels of the pyramid are carried over from. */
+#define FV_CARRIED (FV_BIT(FV_COARSE_HISTORY_COLOUR) | FV_BIT(FV_COARSEST_HISTORY_COLOUR) | FV_BIT(FV_HISTORY_STARTS))
+
 /* A pixel's colour, and flags above it (trace/pixel.h). */
 #define FV_PIXEL_COLOUR (FV_PIXEL_SAMPLED - 1)
-#define FV_PIXEL_SAMPLED (1u << 30) /* traced in this frame; in the pyramid's lower levels, when they were last */
+#define FV_PIXEL_SAMPLED (1u << 30) /* traced in this frame; in the pyramid's lower levels, where nothing is carried over, when they were last */
 #define FV_PIXEL_FILLED (1u << 31)  /* no history arrived: taken from the support image */
 
 /* Settings of the method pyramid (pass/pyramid.h). */
@@ -67,6 +71,8 @@ struct fv_pyramid {
     bool minimum;     /* starts are the least of 3 x 3 distances, not those of cones */
     bool blur;        /* across the mask's edge */
     bool cut;         /* frames may be: tiles that were left out are shown at lower levels */
+    bool carry;       /* what is not traced comes from where the last frame showed it; else it stays as it stands */
+    bool has_last;    /* the last frame's lower levels and starts are there */
     int spp_passed;   /* samples of lower levels' pixels in which something lies that their ray passed by */
     float edge;       /* relative step of distance that is an edge */
     float lowest_deg; /* eccentricity beyond which colour comes from the lowest level */

@@ -13,11 +13,20 @@
  *            the exponent without its minus.) Tiles without any are kept at the middle level, or, beyond
  *            method.lowest_deg, at the lowest one.
  *   trace    pass 4: masked blocks at the highest level, method.ssaa samples each; of the others the middle or the
- *            lowest level, in one of `refresh` frames.
+ *            lowest level, in one of `refresh` frames; in between it is carried over.
  *   compose  pass 4 and 5: in tiles with masked blocks, the others from the middle level, interpolated; a Gaussian
  *            blur of pixels along the mask's edge where method.blur is on.
  *
- * Without foveation (method.foveation = off; IPR) every block is masked. */
+ * Without foveation (method.foveation = off; IPR) every block is masked.
+ *
+ * Carried over (method.carry): tiles whose turn it is not are shown as the last frame showed them, each pixel from
+ * where its block's start was then: that is where the surface is, but for a percent. Bilinear, of those pixels whose
+ * start of then agrees, within the slope of the starts and what cones leave open: others showed something else.
+ * Blocks in which a pixel finds nothing (new to the view, uncovered, kept coarser then) are traced at once. No pixel is
+ * interpolated more than refresh - 1 times before it is traced again, but where time runs out and carried tiles stand
+ * in. Starts know of fields only: where the scene has triangles, too, all tiles are traced in every frame. Light that
+ * moves is seen late by refresh - 1 frames at most, as in the paper, whose tiles stay as they are (method.carry = off),
+ * which is right where nothing moves. */
 #ifndef FV_PASS_PYRAMID_H
 #define FV_PASS_PYRAMID_H
 
@@ -43,5 +52,22 @@ static inline float fv_reach_px(int side)
 
 /* The probability that an edge is masked. */
 float fv_edge_probability(float eccentricity_deg);
+
+/* A tile of a lower level, as the kernel takes it. */
+struct fv_carry {
+    struct fv_map map;               /* from the picture to the last one */
+    const struct fv_raster *raster;
+    int shift;                       /* the raster's pixels x are in block x >> shift of the starts */
+    int x0, y0, side;                /* first pixel and pixels a side, in the raster */
+    uint64_t blocks;                 /* that are wanted; pixels of others may be written, too */
+    const float *starts, *last_starts;
+    int64_t stride;                  /* of the starts; how many of them a row and a column have, and the tile's first: */
+    int columns, rows, block_x, block_y;
+    float cone;                      /* by which share inverse starts of the same surface may differ */
+    uint64_t failed;                 /* out: wanted blocks in which some pixel was not found */
+};
+
+/* Blocks of the tile, in its raster, from the last frame; returns those that are to be traced. */
+uint64_t fv_pyramid_carry(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);
 
 #endif

@@ -162,12 +162,19 @@ static void halve_masked(struct fv_frame *f, const struct fv_tile *tile, uint64_
         }
 }
 
+/* Whether the level of the tile is there without being traced. */
+static bool held(const struct fv_frame *f, const struct fv_tile *tile, int level)
+{
+    const uint8_t *holds = f->state[tile->index].holds;
+    return f->pyramid.carry ? f->pyramid.has_last && (holds[1] >> level & 1) : holds[0] >> level & 1;
+}
+
 /* Whether this is the frame in which the tile's lower levels are traced again. */
 static bool due(const struct fv_frame *f, const struct fv_tile *tile, int level)
 {
     int refresh = f->parameters.refresh;
     int64_t turn = f->number + tile->x0 / FV_TILE + 2 * (tile->y0 / FV_TILE);
-    return refresh <= 1 || turn % refresh == 0 || !(f->state[tile->index].holds[0] >> level & 1);
+    return refresh <= 1 || turn % refresh == 0 || !held(f, tile, level);
 }
 
 static int run(struct fv_frame *f, const struct fv_tile *tile)
@@ -176,12 +183,11 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     uint64_t masked = ((uint64_t *)f->buffer[FV_MASKED][0])[tile->index];
     bool fine = tile->density == FV_FINE;
     if (fine) lower.density = FV_COARSE;
-    bool again = due(f, tile, lower.density);
+    uint64_t blocks = fv_tile_inside(f, &lower);
+    if (fine) blocks &= middle_blocks(masked | ~fv_tile_inside(f, tile));
+    if (!due(f, tile, lower.density)) blocks = f->pyramid.carry ? fv_pyramid_carry(f, &lower, blocks) : 0;
     int rays = fine ? trace_blocks(f, tile, masked, f->parameters.spp, false) : 0;
-    if (again) {
-        uint64_t blocks = fv_tile_inside(f, &lower);
-        rays += trace_blocks(f, &lower, fine ? blocks & middle_blocks(masked | ~fv_tile_inside(f, tile)) : blocks, f->parameters.spp_middle, true);
-    }
+    rays += trace_blocks(f, &lower, blocks, f->parameters.spp_middle, true);
     if (fine && (f->pyramid.foveated || f->pyramid.cut)) halve_masked(f, tile, masked);
     if (f->pyramid.foveated || f->pyramid.cut) {
         fv_merge_double(f, tile);
@@ -191,39 +197,45 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     return rays;
 }
 
-/* What stood there, where anything did; else the lowest level, once a pixel. Neighbours may be looking at what stands
- * there when they are composed and shown: nothing is left that is of another frame. */
+/* What the last frame showed there, carried over or as it stands, where it showed anything; else the lowest level, once
+ * a pixel. Neighbours may be looking at what stands there when they are composed and shown: nothing is left that is of
+ * another frame. */
 static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 {
     struct fv_tile_state *state = &f->state[tile->index];
-    struct fv_tile lowest = *tile;
+    struct fv_tile lower = *tile;
     ((uint64_t *)f->buffer[FV_MASKED][0])[tile->index] = 0;
-    if (!(state->holds[0] >> FV_COARSEST & 1)) {
-        lowest.density = FV_COARSEST;
-        trace_blocks(f, &lowest, fv_tile_inside(f, &lowest), 1, false);
-        fv_merge_double(f, &lowest);
-        state->holds[0] = 1 << FV_COARSEST;
+    lower.density = held(f, tile, FV_COARSE) ? FV_COARSE : FV_COARSEST;
+    bool there = held(f, tile, lower.density);
+    if (!there) trace_blocks(f, &lower, fv_tile_inside(f, &lower), 1, false);
+    else if (f->pyramid.carry) fv_pyramid_carry(f, &lower, fv_tile_inside(f, &lower));
+    if (!there || f->pyramid.carry) {
+        fv_merge_double(f, &lower);
+        fv_merge_halve(f, &lower, lower.density);
+        state->holds[0] = (uint8_t)(FV_HELD_ALL << lower.density);
     }
-    state->density = state->holds[0] >> FV_COARSE & 1 ? FV_COARSE : FV_COARSEST;
+    state->density = (uint8_t)lower.density;
 }
 
 static void expect(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings,
                    double units[2])
 {
     const float edges = 0.3f; /* of blocks, from above */
+    float again = f->pyramid.carry && !f->pyramid.has_last ? 1 : 1 / (float)p->refresh;
+    if (f->pyramid.carry) again += (1 - again) * f->failed_share;
     for (int d = 0; d < FV_DEGREES; d++) {
         float e = (float)d + 0.5f;
         double share = !f->pyramid.foveated || e <= p->foveal.r0_deg ? 1
                        : e <= p->foveal.r1_deg ? (double)(edges * p->p_scale * fv_edge_probability(e))
                                                : 0;
-        double lower = 1.0 / fv_density_pixels(e > f->pyramid.lowest_deg ? FV_COARSEST : FV_COARSE) / p->refresh;
+        double lower = (double)again / fv_density_pixels(e > f->pyramid.lowest_deg ? FV_COARSEST : FV_COARSE);
         share = fmin(share, 1);
         units[0] += (double)rings->pixels[d] * (share * p->spp + (1 - share) * lower * p->spp_middle);
     }
 }
 
 const struct fv_pass fv_pass_trace = {.name = "trace",
-                                      .reads = FV_BIT(FV_STARTS) | FV_BIT(FV_MASKED),
+                                      .reads = FV_BIT(FV_STARTS) | FV_BIT(FV_MASKED) | FV_CARRIED,
                                       .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSEST_COLOUR),
                                       .needs = FV_NEEDS_GAZE,
                                       .order = FV_ORDER_NEED,
