@@ -41,6 +41,12 @@ struct place {
     vf w, tolerance;
 };
 
+/* Blocks are traced whole: the pixels beyond the picture's edge count where a coarser level takes means. */
+static inline int whole_blocks(int pixels)
+{
+    return (pixels + FV_BLOCK - 1) / FV_BLOCK * FV_BLOCK;
+}
+
 static inline struct place find(const struct fv_carry *c, const struct cells *cells, int x, int y)
 {
     const float(*m)[3] = c->map.m, *t = c->map.t, scale = c->raster->scale;
@@ -53,8 +59,8 @@ static inline struct place find(const struct fv_carry *c, const struct cells *ce
     vf v = (m[1][0] * px + (m[1][1] * py + m[1][2]) + t[1] * w) / (ahead * scale) - 0.5f;
     return (struct place){
         .within = (ahead > 1e-3f) & (u >= -0.5f) & (u <= width - 0.5f) & (v >= -0.5f) & (v <= height - 0.5f),
-        .x = vf_clamp(u, 0, width - 1),
-        .y = vf_clamp(v, 0, height - 1),
+        .x = vf_clamp(u, 0, (float)(whole_blocks(c->raster->width) - 1)),
+        .y = vf_clamp(v, 0, (float)(whole_blocks(c->raster->height) - 1)),
         .w = w * nearer,
         .tolerance = vf_gather(cells->tolerance[y >> c->shift], cell) * nearer};
 }
@@ -95,7 +101,7 @@ static uint64_t blocks_of(uint32_t failed)
 void carry(struct fv_carry *c)
 {
     struct cells cells;
-    int columns = c->raster->width - c->x0, rows = c->raster->height - c->y0;
+    int columns = c->raster->width - c->x0, rows = whole_blocks(c->raster->height) - c->y0;
     uint32_t inside = columns >= c->side ? ~0u : (1u << columns) - 1;
     c->failed = 0;
     take_cells(c, &cells);
@@ -109,7 +115,7 @@ void carry(struct fv_carry *c)
             vi_store(to + x, pixel);
             failed |= vi_bits(none) << x;
         }
-        c->failed |= blocks_of(failed & inside) << row;
+        if (c->y0 + y < c->raster->height) c->failed |= blocks_of(failed & inside) << row;
     }
     c->failed &= c->blocks;
 }

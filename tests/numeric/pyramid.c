@@ -173,9 +173,12 @@ static void turns_come_to_the_same(void **state)
     (void)state;
     static const double aside[3] = {0.4, -0.2, -0.9};
     static uint8_t kept[4 * 320 * 288];
-    const char *const sets[] = {"method.lowest_deg=16", "fovea.inner_deg=5"};
-    for (int refresh = 2; refresh <= 4; refresh += 2) {
-        open_stage("scene.name=primitives", sets, 2);
+    static const char *const carries[] = {"method.carry=on", "method.carry=off"};
+    for (int n = 0; n < 4; n++) {
+        const char *const sets[] = {"method.lowest_deg=16", "fovea.inner_deg=5", "method.refresh=4", carries[n & 1]};
+        int refresh = n < 2 ? 2 : 4;
+        open_stage("scene.name=primitives", sets, 4);
+        s.config.method_refresh = 1;
         render(&s.pyramid, 3, aside);
         memcpy(kept, shown(&s.pyramid), (size_t)(4 * s.pyramid.frame.stride * HEIGHT));
         s.config.method_refresh = refresh;
