@@ -21,7 +21,8 @@
  *
  * Carried over (method.carry): tiles whose turn it is not are shown as the last frame showed them, each pixel from
  * where its block's start was then: that is where the surface is, but for a percent. Bilinear, of those pixels whose
- * start of then agrees, within the slope of the starts and what cones leave open: others showed something else.
+ * start of then agrees, within the slope of the starts and what cones leave open, or moved along with it, within a
+ * quarter of a pixel: others showed something else.
  * Blocks in which a pixel finds nothing (new to the view, uncovered, kept coarser then) are traced at once. No pixel is
  * interpolated more than refresh - 1 times before it is traced again, but where time runs out and carried tiles stand
  * in. Starts know of fields only: where the scene has triangles, too, all tiles are traced in every frame. Light that
@@ -64,6 +65,7 @@ struct fv_carry {
     int64_t stride;                  /* of the starts; how many of them a row and a column have, and the tile's first: */
     int columns, rows, block_x, block_y;
     float cone;                      /* by which share inverse starts of the same surface may differ */
+    float together;                  /* inverse starts that differ by less may be interpolated, whatever they show */
     uint64_t failed;                 /* out: wanted blocks in which some pixel was not found */
 };
 

@@ -1,6 +1,8 @@
 /* carry: what the lower levels of the pyramid show of a tile, from the last frame; see pyramid.h. */
 #include "rt/pass/pyramid.h"
 
+#include <math.h>
+
 /* The blocks whose middle the last frame showed in a tile that the level was not held of. */
 static uint64_t held_coarser(const struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
 {
@@ -17,6 +19,19 @@ static uint64_t held_coarser(const struct fv_frame *f, const struct fv_tile *til
         if (!(f->state[from].holds[1] >> tile->density & 1)) coarser |= 1ull << block;
     }
     return coarser;
+}
+
+/* Inverse depths that differ by less moved apart by less than a quarter of the tile's pixels since the last frame: next
+ * to nothing was covered or uncovered. Infinite where the head only turned. */
+static float moved_together(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    const struct fv_map *map = &f->map[tile->eye];
+    float to[3], middle = 0.5f * FV_TILE;
+    fv_map_point(map, (float)tile->x0 + middle, (float)tile->y0 + middle, 0, to);
+    if (!(to[2] > 0)) return 0;
+    float across = map->t[0] - map->t[2] * to[0] / to[2], along = map->t[1] - map->t[2] * to[1] / to[2];
+    float pixels = (hypotf(across, along) + FV_TILE * fabsf(map->t[2])) / to[2];
+    return 0.25f * (float)(1 << tile->density) / pixels;
 }
 
 uint64_t fv_pyramid_carry(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
@@ -38,6 +53,7 @@ uint64_t fv_pyramid_carry(struct fv_frame *f, const struct fv_tile *tile, uint64
         .block_x = tile->x0 / FV_BLOCK,
         .block_y = tile->y0 / FV_BLOCK,
         .cone = 8 * f->view[tile->eye].pixel_size,
+        .together = moved_together(f, tile),
     };
     if (!blocks) return 0;
     f->kernels->carry[tile->density](&c);

@@ -62,7 +62,7 @@ static inline struct place find(const struct fv_carry *c, const struct cells *ce
         .x = vf_clamp(u, 0, (float)(whole_blocks(c->raster->width) - 1)),
         .y = vf_clamp(v, 0, (float)(whole_blocks(c->raster->height) - 1)),
         .w = w * nearer,
-        .tolerance = vf_gather(cells->tolerance[y >> c->shift], cell) * nearer};
+        .tolerance = vf_gather(cells->tolerance[y >> c->shift], cell) * nearer + c->together};
 }
 
 /* Bilinear, of those of the four pixels that showed what is looked for; where there are none, of all. Returns the
