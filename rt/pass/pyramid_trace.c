@@ -33,8 +33,12 @@ static int shade(struct fv_frame *f, const struct fv_tile *tile, int spp)
     s->started = true;
     if (spp >= 4 && !f->pyramid.minimum)
         f->kernels->starts(f->tracer, &f->view[tile->eye], s, fv_reach_px(1 << tile->density), w->rays);
-    if (spp > 1) fv_samples_trace_mean(f, tile, spp);
-    else fv_samples_trace(f, tile, 1);
+    if (spp > 1) {
+        fv_samples_trace_mean(f, tile, spp);
+    } else {
+        fv_samples_trace(f, tile, 1);
+        fv_samples_encode(f, tile);
+    }
     s->started = false;
     return s->count * spp;
 }
