@@ -78,12 +78,12 @@ static const struct {
     {"stays", &in_room, &in_room, 12, 35, false},
     {"gaze jumps", &left_gaze, &right_gaze, 15, 35, false},
     {"gaze comes back", &right_gaze, &in_room, 15, 35, false},
-    /* A quarter: the least step of a colour. */
-    {"head turns half round, to nothing", &in_room, &turned, 0.25, 0.25, false},
+    /* Of 255: blended colours are dithered between their steps. */
+    {"head turns half round, to nothing", &in_room, &turned, 0.6, 0.6, false},
     {"and back", &turned, &in_room, 12, 35, false},
     {"a quarter", &in_room, &quarter, 8, 30, false},
     {"steps aside, turning", &in_room, &beside, 10, 30, false},
-    {"goes through the wall", &in_room, &behind_wall, 0.25, 0.25, false},
+    {"goes through the wall", &in_room, &behind_wall, 0.6, 0.6, false},
     {"looks back from behind it", &behind_wall, &behind_and_back, 2, 4, false},
     /* What history shows of the same place is, both ways, the wall's other side, which fades. */
     {"into the wall's plane", &in_room, &on_wall, 12, 120, true},
@@ -91,8 +91,8 @@ static const struct {
     {"onto the floor", &beside, &on_floor, 12, 30, false},
     {"against a screen", &in_room, &at_screen, 30, 70, false},
     {"away from it: all is new", &at_screen, &in_room, 12, 35, false},
-    {"far off", &in_room, &far_off, 0.25, 0.25, false},
-    {"nothing from nothing", &far_off, &farther, 0.25, 0.25, false},
+    {"far off", &in_room, &far_off, 0.6, 0.6, false},
+    {"nothing from nothing", &far_off, &farther, 0.6, 0.6, false},
     {"from far off", &farther, &in_room, 12, 35, false},
 };
 
