@@ -36,7 +36,6 @@ static float moved_together(const struct fv_frame *f, const struct fv_tile *tile
 
 uint64_t fv_pyramid_carry(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
 {
-    struct fv_worker_scratch *w = &f->scratch[tile->worker];
     struct fv_carry c = {
         .map = f->map[tile->eye],
         .raster = fv_tile_raster(f, tile),
@@ -58,7 +57,5 @@ uint64_t fv_pyramid_carry(struct fv_frame *f, const struct fv_tile *tile, uint64
     if (!blocks) return 0;
     f->kernels->carry[tile->density](&c);
     if (tile->density != FV_COARSEST) c.failed |= held_coarser(f, tile, blocks & ~c.failed);
-    w->reprojected += __builtin_popcountll(blocks);
-    w->failed += __builtin_popcountll(c.failed);
     return c.failed;
 }

@@ -41,7 +41,7 @@ struct place {
     vf w, tolerance;
 };
 
-/* Blocks are traced whole: the pixels beyond the picture's edge count where a coarser level takes means. */
+/* Blocks are whole, beyond the picture's edge as well: these pixels count where a coarser level takes means. */
 static inline int whole_blocks(int pixels)
 {
     return (pixels + FV_BLOCK - 1) / FV_BLOCK * FV_BLOCK;
@@ -59,8 +59,9 @@ static inline struct place find(const struct fv_carry *c, const struct cells *ce
     vf v = (m[1][0] * px + (m[1][1] * py + m[1][2]) + t[1] * w) / (ahead * scale) - 0.5f;
     return (struct place){
         .within = (ahead > 1e-3f) & (u >= -0.5f) & (u <= width - 0.5f) & (v >= -0.5f) & (v <= height - 0.5f),
-        .x = vf_clamp(u, 0, (float)(whole_blocks(c->raster->width) - 1)),
-        .y = vf_clamp(v, 0, (float)(whole_blocks(c->raster->height) - 1)),
+        /* What lies beyond the picture's edge need not have been written, but for what does so itself. */
+        .x = vf_min(vf_max(u, vf_of(0)), vf_max(vf_from(c->x0 + column), vf_of(width - 1))),
+        .y = vf_min(vf_max(v, vf_of(0)), vf_max(vf_of((float)(c->y0 + y)), vf_of(height - 1))),
         .w = w * nearer,
         .tolerance = vf_gather(cells->tolerance[y >> c->shift], cell) * nearer + c->together};
 }

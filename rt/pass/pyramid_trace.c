@@ -181,6 +181,17 @@ static bool due(const struct fv_frame *f, const struct fv_tile *tile, int level)
     return refresh <= 1 || turn % refresh == 0 || !held(f, tile, level);
 }
 
+/* Of blocks of a level that is not traced again, those that must be. */
+static uint64_t carry_over(struct fv_frame *f, const struct fv_tile *lower, uint64_t blocks)
+{
+    struct fv_worker_scratch *w = &f->scratch[lower->worker];
+    if (!f->pyramid.carry) return 0;
+    uint64_t failed = fv_pyramid_carry(f, lower, blocks);
+    w->reprojected += __builtin_popcountll(blocks);
+    w->failed += __builtin_popcountll(failed);
+    return failed;
+}
+
 static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
     struct fv_tile lower = *tile;
@@ -189,7 +200,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     if (fine) lower.density = FV_COARSE;
     uint64_t blocks = fv_tile_inside(f, &lower);
     if (fine) blocks &= middle_blocks(masked | ~fv_tile_inside(f, tile));
-    if (!due(f, tile, lower.density)) blocks = f->pyramid.carry ? fv_pyramid_carry(f, &lower, blocks) : 0;
+    if (!due(f, tile, lower.density)) blocks = carry_over(f, &lower, blocks);
     int rays = fine ? trace_blocks(f, tile, masked, f->parameters.spp, false) : 0;
     rays += trace_blocks(f, &lower, blocks, f->parameters.spp_middle, true);
     if (fine && (f->pyramid.foveated || f->pyramid.cut)) halve_masked(f, tile, masked);

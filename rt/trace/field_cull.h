@@ -67,6 +67,7 @@ static inline struct field_cone field_cone_of(const struct field_rays *r)
     vf growth = (vf_root(vf_dot(aside, aside)) * 1.00001f + r->wide) / ahead;
     c.growth = vf_most(vf_select(r->mask, vf_max(growth, zero), zero));
     c.base = vf_most(vf_select(r->mask, vf_root(vf_dot(off, off)) + r->base, zero));
+    c.base *= 1 + c.growth; /* those that begin behind the apex */
     c.reach = vf_most(vf_select(r->mask, r->far * r->length, zero));
     memcpy(c.apex, apex, sizeof apex);
     memcpy(c.axis, axis, sizeof axis);

@@ -38,7 +38,8 @@ static inline float field_middle(vf3 p, vi mask, float middle[3])
 static inline struct field_ball field_ball_of(const struct packet_hit *h, vf3 origin, vf3 direction)
 {
     struct field_ball ball = {.radius = __builtin_inff()};
-    if (!vi_any(h->hit)) return ball;
+    /* Triangles' shadow rays begin as far off as their records say. */
+    if (!vi_any(h->hit) || (FV_MESHES && vi_any(h->hit & (h->part < 0)))) return ball;
     vf zero = vf_of(0);
     vf3 way = vf3_scale(direction, vf_select(h->hit, h->t, zero));
     vf begin = 4.0f * FV_FIELD_HIT * (1.0f + vf_root(vf_dot(way, way)));
@@ -87,11 +88,13 @@ static inline void field_shade_light(const struct fv_tracer *tracer, int light, 
     struct field_cones cones;
     struct field_kept kept;
     struct field_rays r = field_rays_of(origin, way, radius < 1e30f);
-    if (!sun) r.mask &= r.length > 4.0f * radius;
+    /* Rays to a light farther off than where they end do not see what is beyond that. */
+    if (!sun) r.mask &= (r.length > 4.0f * radius) & (r.length + radius <= tracer->march_far);
     vf hit = (r.length + radius) * FV_FIELD_HIT;
     r.far = vf_of(1);
     r.base = sun ? radius + hit + FV_FIELD_HIT : hit + FV_FIELD_HIT;
     r.wide = sun ? -hit : radius - hit;
+    r.base += 5e-7f * (r.length + vf_root(vf_dot(origin, origin))); /* rounding of points along it */
     field_find(tracer, &r, &kept);
     field_cones(tracer, &r, &kept, DEEPER, rays, &cones);
     vf rest = vf_select(cones.clear < 1.0f, (1.0f - cones.clear) * 1.0001f + 1e-5f, vf_of(-1));

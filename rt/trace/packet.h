@@ -118,7 +118,7 @@ static inline struct packet_hit packet_intersect_meshes(const struct fv_tracer *
     return h;
 }
 
-static inline void packet_march(const struct fv_tracer *tracer, const struct fv_ray_context *context,
+static __attribute__((noinline)) void packet_march(const struct fv_tracer *tracer, const struct fv_ray_context *context,
                                 const struct field_rays *r, struct field_hit *hit)
 {
     struct field_kept kept;

@@ -232,7 +232,7 @@ static inline void surface_set(struct surface *s, const struct fv_tracer *tracer
         s->in.normal = vf3_select(solid, slope, s->in.normal);
         /* Shadow rays begin farther out than what counts as a hit where they begin and where this one was. */
         vf hit = 2.0f * FV_FIELD_HIT * (1.0f + t * vf_root(vf_dot(direction, direction)));
-        s->offset = vf_select(solid, vf_max(s->offset, hit + FV_FIELD_HIT), s->offset);
+        s->offset = vf_select(solid, vf_max(reach * 2e-6f, hit + FV_FIELD_HIT), s->offset);
     }
     vf facing = vf_dot(geometric, direction);
     s->outside = facing < 0.0f;

@@ -23,20 +23,27 @@ static int close_scene(void **state)
     return 0;
 }
 
-static void open_scene(const char *text, const char *more)
+static void open_scene_and(const char *text, const char *more, const char *last)
 {
     char set[4][256], path[128];
     close_scene(NULL);
     program_write("scene.field", text, strlen(text));
     snprintf(path, sizeof path, "scene.fields=%s/scene.field", program_folder());
     snprintf(set[0], sizeof set[0], "%s", path);
-    struct fv_config_request request = {.sets = 4, .set = {"scene.name=none", set[0], "scene.point_lights=0 30 0 900 900 900", more ? more : "scene.file="}};
+    struct fv_config_request request = {
+        .sets = 5,
+        .set = {"scene.name=none", set[0], "scene.point_lights=0 30 0 900 900 900", more ? more : "scene.file=", last}};
     struct fv_error error;
     memset(&small, 0, sizeof small);
     if (fv_config_load(&small.config, &request, &error) || fv_scene_load(&small.scene, &small.config, &error) ||
         fv_tracer_open(&small.tracer, &small.scene, &small.config, &error))
         fail_msg("%s", error.text);
     opened = true;
+}
+
+static void open_scene(const char *text, const char *more)
+{
+    open_scene_and(text, more, "display.eyes=1");
 }
 
 static struct fv_view look(double x, double y, double z, double half_deg)
@@ -348,17 +355,26 @@ static void shadows_by_cones(void **state)
                                    "solid a: translate(1.2, -0.4, -3, twist(0.2, box(0.5, 1.2, 0.5)))\n"
                                    "solid a: capsule(-2, -1, -3, -1, 1, -5, 0.02)\n"
                                    "solid a: translate(0, 1.5, -4, difference(box(3, 0.2, 3), cylinder(0.5, 1)))";
-    static const char *const lights[] = {
-        "scene.point_lights=0 4 -4 200 200 200",           /* through the hole */
-        "scene.point_lights=0 0 -4 200 200 200",           /* inside a solid */
-        "scene.point_lights=0.3 -0.999 -3.4 20 20 20",     /* on a surface */
-        "scene.point_lights=-0.5 0.2 -2.9 5 5 5, 1 -0.9 -2 5 5 5, 2 3 1 50 50 50", /* near what it lights; several */
-        "scene.point_lights=1e4 1e4 0 4e8 4e8 4e8",        /* beyond where rays end */
-        "scene.sun=0.4 1 0.2 3 3 3", "scene.sun=1 0.002 0 300 300 300", "scene.sun=0.1 -1 0 3 3 3",
+    static const char far[] = "method.march_far=2000";
+    static const struct {
+        const char *light, *far;
+    } rows[] = {
+        {"scene.point_lights=0 4 -4 200 200 200", far},       /* through the hole */
+        {"scene.point_lights=0 0 -4 200 200 200", far},       /* inside a solid */
+        {"scene.point_lights=0.3 -0.999 -3.4 20 20 20", far}, /* on a surface */
+        /* near what it lights; several */
+        {"scene.point_lights=-0.5 0.2 -2.9 5 5 5, 1 -0.9 -2 5 5 5, 2 3 1 50 50 50", far},
+        {"scene.point_lights=1e4 1e4 0 4e8 4e8 4e8", far},    /* beyond where rays end */
+        {"scene.point_lights=0 6 -4 300 300 300", "method.march_far=3"}, /* and solids too */
+        {"scene.sun=0.4 1 0.2 3 3 3", far},
+        {"scene.sun=1 0.002 0 300 300 300", far},
+        {"scene.sun=0.1 -1 0 3 3 3", far},
+        {"scene.sun=0.4 1 0.2 3 3 3", "method.march_far=1e6"}, /* where points along rays are rounded to 0.1 m */
+        {"scene.sun=0.4 1 0.2 3 3 3", "method.march_far=1e9"},
     };
     for (int isa = 0; isa <= (int)fv_cpu_isa(); isa++)
-        for (size_t n = 0; n < sizeof lights / sizeof lights[0]; n++) {
-            open_scene(solids, lights[n]);
+        for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+            open_scene_and(solids, rows[n].light, rows[n].far);
             struct fv_view view = look(0, 0, 0, 35);
             const struct fv_kernels *kernels = fv_kernels_for((enum fv_isa)isa, fv_variant_for(small.scene.features));
             trace(isa, &view, &samples);
@@ -375,7 +391,7 @@ static void shadows_by_cones(void **state)
                 lit += samples.red[i] > 0.2f;
                 off += fabsf(samples.red[i] - other.red[i]) > 0.02f * samples.red[i] + 1e-3f;
             }
-            print_message("%s: %d of %d lit, %d otherwise, %.2f of the steps\n", lights[n], lit, GRID, off,
+            print_message("%s, %s: %d of %d lit, %d otherwise, %.2f of the steps\n", rows[n].light, rows[n].far, lit, GRID, off,
                           (double)rays[FV_RAY_MARCH_STEPS] / (double)steps);
             assert_true(off <= 3); /* shadows' edges: what counts as a hit is found by chance */
         }
