@@ -13,7 +13,7 @@ enum { FV_SHEET_CELLS_MAX = 4096, FV_TABLE_SETTINGS_MAX = 16, FV_TABLE_FRAMES_MA
 
 /* A cell of table-NAME.csv: plain names, without commas, quotes or line ends. */
 struct fv_cell {
-    char row[48], quantity[40], unit[12];
+    char row[64], quantity[40], unit[12];
     double paper, ours; /* NaN: the paper does not say; not measured */
 };
 

@@ -214,7 +214,7 @@ static double printed(const struct scene *s, const struct entry *e, const char *
 
 static void add_cells(const struct scene *s, struct entry *e, struct fv_sheet *sheet)
 {
-    char row[48];
+    char row[64];
     snprintf(row, sizeof row, "%s/%s/ssaa%d/fovea%g/refresh%d", s->name, kind_names[e->kind], bench.ssaa, e->fovea_deg,
              e->refresh);
     fv_sheet_add(sheet, row, "speedup", "", printed(s, e, "speedup"), fv_rank_quartiles(e->speedup, bench.places).value);
