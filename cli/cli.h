@@ -23,6 +23,7 @@ struct fv_measure_arguments {
     int shard, shards;  /* --shard I/N: I - 1 and N; 0 of 1 where it is not given */
     bool merge;         /* --merge: the operands are folders to join */
     const char *table;  /* --table, NULL: a sweep */
+    const char *part;   /* --part, what names of its parts begin with; NULL: all */
 };
 
 struct fv_arguments {

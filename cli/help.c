@@ -49,8 +49,11 @@ int fv_verb_help(const struct fv_arguments *arguments)
     if (!topic) print_overview(&out);
     for (int i = 0; topic && i < fv_verbs_count; i++)
         if (strcmp(fv_verbs[i].name, topic) == 0) print_verb(&out, &fv_verbs[i]);
-    for (int i = 0; topic && i < fv_keys_count; i++)
-        if (strcmp(fv_keys[i].section, topic) == 0 || fv_key_find(topic) == &fv_keys[i]) print_key(&out, &fv_keys[i]);
+    for (int i = 0; topic && i < fv_keys_count; i++) {
+        const struct fv_key *k = &fv_keys[i];
+        if (strcmp(k->section, topic) == 0 || strcmp(k->name, topic) == 0 || fv_key_find(topic) == k)
+            print_key(&out, k);
+    }
     if (topic && out.used == 0) {
         fv_log("help: '%s' is no verb, section or key; 'foveola help' lists them", topic);
         return FV_EXIT_UNUSABLE;

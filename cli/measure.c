@@ -105,6 +105,10 @@ int fv_verb_measure(const struct fv_arguments *a)
         fv_log("--frames %lld: goes with --table; what a sweep takes is said by --seconds", (long long)a->frames);
         return FV_EXIT_UNUSABLE;
     }
+    if (a->measure.part) {
+        fv_log("--part %.60s: goes with --table", a->measure.part);
+        return FV_EXIT_UNUSABLE;
+    }
     if (a->measure.merge) return merge(a);
     if (a->operands) {
         fv_log("'%s': not expected here; folders to join stand behind --merge", a->operand[0]);

@@ -2,66 +2,21 @@
  * The files' grey levels (FLIP) become colours in the page, by a filter. */
 #include "cli/measure_sections.h"
 
+#include "cli/embed.h"
 #include "rt/measure/picture.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
-
-enum { CHUNK = 3 << 14 };
-
-/* Opens one of the folder's pictures; -1 where there is none that is a JPEG file. */
-static int open_picture(const struct fv_measure_page *page, const char *name, char path[FV_PATH_MAX])
-{
-    unsigned char start[3];
-    if (!page->report->pictures || strchr(name, '/')) return -1;
-    if (fv_path_join(path, page->report->pictures, name)) return -1;
-    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (fd < 0) return -1;
-    if (pread(fd, start, 3, 0) == 3 && start[0] == 0xFF && start[1] == 0xD8 && start[2] == 0xFF) return fd;
-    close(fd);
-    return -1;
-}
-
-static void embed(struct fv_measure_page *page, int fd, const char *path)
-{
-    static unsigned char chunk[CHUNK];
-    struct fv_base64 state = {.carried = 0};
-    ssize_t n;
-    while ((n = read(fd, chunk, sizeof chunk)) != 0) {
-        if (n < 0 && errno == EINTR) continue;
-        if (n < 0) {
-            page->failed = true;
-            fv_error_set(page->error, "%s: cannot be read: %s", path, strerror(errno));
-            break;
-        }
-        fv_writer_base64(page->out, &state, chunk, (size_t)n);
-    }
-    fv_writer_base64_end(page->out, &state);
-}
 
 /* The picture with its description, or nothing where there is none. */
 static void write_image(struct fv_measure_page *page, const char *class, const char *name, const char *what)
 {
-    char path[FV_PATH_MAX];
-    int fd = open_picture(page, name, path);
-    if (fd < 0) return;
-    fv_writer_print(page->out, "<img class=\"%s\" alt=\"", class);
-    fv_html_text(page->out, what);
-    fv_writer_print(page->out, "\" src=\"data:image/jpeg;base64,");
-    embed(page, fd, path);
-    close(fd);
-    fv_writer_print(page->out, "\">");
+    page->failed |= fv_embed_picture(page->out, page->report->pictures, name, class, what, page->error) != 0;
 }
 
 static bool picture_exists(const struct fv_measure_page *page, const char *name)
 {
-    char path[FV_PATH_MAX];
-    int fd = open_picture(page, name, path);
-    if (fd >= 0) close(fd);
-    return fd >= 0;
+    return fv_embed_exists(page->report->pictures, name);
 }
 
 struct names {

@@ -21,9 +21,7 @@ enum {
 
 static const char *row_of(int scene, const char *kind, int ssaa, double fovea_deg, int refresh)
 {
-    static char row[48];
-    snprintf(row, sizeof row, "%s/%s/ssaa%d/fovea%g/refresh%d", scenes[scene], kind, ssaa, fovea_deg, refresh);
-    return row;
+    return fv_row_polychronakis2023(scenes[scene], kind, ssaa, fovea_deg, refresh);
 }
 
 /* ---- Figures 11 and 12 ---- */
@@ -126,76 +124,174 @@ static void write_figure_12(struct fv_writer *out, const struct fv_sheet *sheet)
 
 /* ---- tables ---- */
 
-static const struct {
+struct column {
     const char *quantity, *heading;
     int decimals;
     bool paper; /* it has a column of its own */
-} columns[] = {{"speedup", "speed-up", 2, true}, {"steps_ratio", "by steps", 2, false}, {"ssim", "SSIM", 4, true},
-               {"flip", "FLIP", 4, true},        {"cpu_ms", "CPU ms", 1, false}};
-enum { COLUMNS = sizeof columns / sizeof columns[0] };
+};
 
-static void write_row(struct fv_writer *out, const struct fv_sheet *sheet, const char *row, const char *name)
+static const struct column columns[] = {{"speedup", "speed-up", 2, true}, {"steps_ratio", "by steps", 2, false},
+                                        {"ssim", "SSIM", 4, true},        {"flip", "FLIP", 4, true},
+                                        {"cpu_ms", "CPU ms", 1, false},   {NULL, NULL, 0, false}};
+static const struct column by_area[] = {{"ssim_fovea", "SSIM to 7.5\xC2\xB0", 4, false}, {"ssim_mid", "to 20\xC2\xB0", 4, false},
+                                        {"ssim_far", "beyond", 4, false},   {"ssim", "all", 4, false},
+                                        {"flip_fovea", "FLIP to 7.5\xC2\xB0", 4, false}, {"flip_mid", "to 20\xC2\xB0", 4, false},
+                                        {"flip_far", "beyond", 4, false},   {"flip", "all", 4, false}, {NULL, NULL, 0, false}};
+static const struct column turning[] = {{"speedup", "speed-up", 2, false},  {"steps_ratio", "by steps", 2, false},
+                                        {"ssim_fovea", "SSIM to 7.5\xC2\xB0", 4, false}, {"ssim_mid", "to 20\xC2\xB0", 4, false},
+                                        {"ssim_far", "beyond", 4, false},   {"ssim", "all", 4, false},
+                                        {"flip", "FLIP", 4, false},         {NULL, NULL, 0, false}};
+static const struct column starts[] = {{"speedup", "speed-up", 2, false}, {"steps_ratio", "by steps", 2, false},
+                                       {"cpu_ms", "CPU ms", 1, false},    {"ssim", "SSIM", 4, false},
+                                       {"flip", "FLIP", 4, false},        {"off_pixels", "pixels off, in a million", 0, false},
+                                       {NULL, NULL, 0, false}};
+
+static void write_row(struct fv_writer *out, const struct fv_sheet *sheet, const struct column *column, const char *row,
+                      const char *name)
 {
     fv_writer_print(out, "<tr>");
     fv_name_cell(out, name);
-    for (int i = 0; i < COLUMNS; i++) {
-        if (columns[i].paper) fv_number_cell(out, fv_shown_fixed(fv_sheet_paper(sheet, row, columns[i].quantity), columns[i].decimals));
-        fv_number_cell(out, fv_shown_fixed(fv_sheet_ours(sheet, row, columns[i].quantity), columns[i].decimals));
+    for (; column->quantity; column++) {
+        if (column->paper)
+            fv_number_cell(out, fv_shown_fixed(fv_sheet_paper(sheet, row, column->quantity), column->decimals));
+        fv_number_cell(out, fv_shown_fixed(fv_sheet_ours(sheet, row, column->quantity), column->decimals));
     }
     fv_writer_print(out, "</tr>\n");
 }
 
-static void open_rows(struct fv_writer *out)
+static void open_rows(struct fv_writer *out, const struct column *column)
 {
     fv_writer_print(out, "<div class=\"scroll\"><table class=\"rows\">\n<thead><tr><th></th>");
-    for (int i = 0; i < COLUMNS; i++) {
-        if (columns[i].paper) fv_writer_print(out, "<th scope=\"col\" class=\"n\">%s, paper</th>", columns[i].heading);
-        fv_writer_print(out, "<th scope=\"col\" class=\"n\">%s</th>", columns[i].paper ? "ours" : columns[i].heading);
+    for (; column->quantity; column++) {
+        if (column->paper) fv_writer_print(out, "<th scope=\"col\" class=\"n\">%s, paper</th>", column->heading);
+        fv_writer_print(out, "<th scope=\"col\" class=\"n\">%s</th>", column->paper ? "ours" : column->heading);
     }
     fv_writer_print(out, "</tr></thead>\n<tbody>\n");
 }
 
-static void write_table_1(struct fv_writer *out, const struct fv_sheet *sheet)
+/* A row of each scene's group. */
+struct line {
+    const char *kind, *name;
+    int ssaa, refresh;
+    double fovea_deg;
+};
+
+/* Every scene's rows, each group under its name; nothing where none is there. */
+static void write_lines(struct fv_writer *out, const struct fv_sheet *sheet, const char *heading, const char *note,
+                        const struct column *column, const struct line *lines, int count)
 {
-    static const char *const kinds[] = {"ipr", "fipr"};
-    char name[48];
-    fv_section_open(out, "Table 1", "Against full marching, one sample a pixel, fovea of 7.5\xC2\xB0, everything refreshed.");
-    open_rows(out);
-    for (int s = 0; s < SCENES; s++)
-        for (int k = 0; k < 2; k++) {
-            const char *row = row_of(s, kinds[k], 1, k ? 7.5 : 180, 1);
+    int width = 1;
+    bool open = false;
+    for (const struct column *c = column; c->quantity; c++) width += c->paper ? 2 : 1;
+    for (int s = 0; s < SCENES; s++) {
+        bool named = false;
+        for (const struct line *l = lines; l < lines + count; l++) {
+            const char *row = row_of(s, l->kind, l->ssaa, l->fovea_deg, l->refresh);
             if (!fv_sheet_find(sheet, row, "ssim")) continue;
-            snprintf(name, sizeof name, "%s, %s", scenes[s], k ? "FIPR" : "IPR");
-            write_row(out, sheet, row, name);
+            if (!open) {
+                fv_section_open(out, heading, note);
+                open_rows(out, column);
+            }
+            if (!named) fv_writer_print(out, "<tr class=\"group\"><th colspan=\"%d\" scope=\"rowgroup\">%s</th></tr>\n", width, scenes[s]);
+            open = named = true;
+            write_row(out, sheet, column, row, l->name);
         }
+    }
+    if (!open) return;
     fv_table_close(out);
     fv_section_close(out);
+}
+
+#define COUNT(lines) (int)(sizeof(lines) / sizeof((lines)[0]))
+
+static void write_table_1(struct fv_writer *out, const struct fv_sheet *sheet)
+{
+    static const struct line lines[] = {{"ipr", "IPR", 1, 1, 180},
+                                        {"ipr-minimum", "IPR, least of 3 \xC3\x97 3", 1, 1, 180},
+                                        {"fipr", "FIPR", 1, 1, 7.5},
+                                        {"fipr-paper", "FIPR, as the paper", 1, 1, 7.5}};
+    write_lines(out, sheet, "Table 1",
+                "Against full marching, one sample a pixel, fovea of 7.5\xC2\xB0, everything refreshed. The paper's numbers "
+                "stand beside our way and beside its own, built here.",
+                columns, lines, COUNT(lines));
+}
+
+static void write_areas(struct fv_writer *out, const struct fv_sheet *sheet)
+{
+    static const struct line lines[] = {{"ipr", "IPR", 1, 1, 180},
+                                        {"fipr", "FIPR", 1, 1, 7.5},
+                                        {"fipr-paper", "FIPR, as the paper", 1, 1, 7.5},
+                                        {"fipr", "FIPR, 16 samples", 16, 1, 7.5},
+                                        {"fipr-masked", "FIPR, 16 where masked", 16, 1, 7.5}};
+    write_lines(out, sheet, "By eccentricity",
+                "The same errors within the fovea, from there to 20\xC2\xB0, and beyond: of the whole picture the fovea is "
+                "hardly a fiftieth. Against full marching of as many samples a pixel.",
+                by_area, lines, COUNT(lines));
+}
+
+static void write_turning(struct fv_writer *out, const struct fv_sheet *sheet)
+{
+    static const struct line lines[] = {{"fipr-turning", "all refreshed", 1, 1, 7.5},
+                                        {"fipr-turning", "1 of 2, carried over", 1, 2, 7.5},
+                                        {"fipr-turning-stays", "1 of 2, as it stood", 1, 2, 7.5},
+                                        {"fipr-turning", "1 of 4, carried over", 1, 4, 7.5},
+                                        {"fipr-turning-stays", "1 of 4, as it stood", 1, 4, 7.5}};
+    write_lines(out, sheet, "Under motion",
+                "The head turns by 20\xC2\xB0/s and moves aside by 0.3 m/s, lights move; FIPR at 7.5\xC2\xB0, one sample, "
+                "against full marching of the same instant. What is not refreshed moves with the head, or stands as in the "
+                "paper.",
+                turning, lines, COUNT(lines));
+}
+
+static void write_starts(struct fv_writer *out, const struct fv_sheet *sheet)
+{
+    static const struct line lines[] = {{"ipr", "IPR, cones", 1, 1, 180},
+                                        {"ipr-minimum", "IPR, least of 3 \xC3\x97 3", 1, 1, 180},
+                                        {"ipr", "IPR, 16 samples, cones", 16, 1, 180},
+                                        {"ipr-minimum", "IPR, 16 samples, least of 3 \xC3\x97 3", 16, 1, 180},
+                                        {"fipr", "FIPR, cones", 1, 1, 7.5},
+                                        {"fipr-minimum", "FIPR, least of 3 \xC3\x97 3", 1, 1, 7.5},
+                                        {"fipr", "FIPR, 16 samples, cones", 16, 1, 7.5},
+                                        {"fipr-minimum", "FIPR, 16 samples, least of 3 \xC3\x97 3", 16, 1, 7.5}};
+    write_lines(out, sheet, "Where rays start",
+                "At the ends of cones, or at the least of 3 \xC3\x97 3 distances of single rays, as in the paper. Pixels off: by "
+                "more than 16 of 255 from full marching.",
+                starts, lines, COUNT(lines));
 }
 
 static void write_rows(struct fv_writer *out, const struct fv_sheet *sheet)
 {
     fv_section_open(out, "All rows", "scene / kind / samples a pixel / radius of the fovea / frames until all is refreshed.");
-    open_rows(out);
+    open_rows(out, columns);
     for (int i = 0; i < sheet->cells; i++)
-        if (strcmp(sheet->cell[i].quantity, "speedup") == 0) write_row(out, sheet, sheet->cell[i].row, sheet->cell[i].row);
+        if (strcmp(sheet->cell[i].quantity, "speedup") == 0)
+            write_row(out, sheet, columns, sheet->cell[i].row, sheet->cell[i].row);
     fv_table_close(out);
     fv_section_close(out);
 }
 
-void fv_table_page_polychronakis2023(struct fv_writer *out, const struct fv_sheet *sheet)
+int fv_table_page_polychronakis2023(struct fv_writer *out, const struct fv_table_report *report, struct fv_error *error)
 {
+    const struct fv_sheet *sheet = report->sheet;
+    (void)error;
     static const char *const terms[][2] = {
         {"Places", "Along the scene's path, one eye, the gaze straight ahead. At each, full marching and all the others are "
                    "rendered in turn, standing still; ratios are of CPU time of frames, medians over the places."},
         {"ipr, fipr", "Every pixel from its start; and foveated, with as many samples of the middle level as of what is "
                       "masked. fipr-masked: one sample of the middle level. ipr-unculled: parts of fields that a packet "
                       "cannot meet are left out on neither side; on both in all other rows."},
+        {"As the paper", "fipr-paper: rays start at the least of 3 \xC3\x97 3 distances, colour never comes from the lowest "
+                         "level, and what is not refreshed stays as it stood. fipr-minimum: only the first of these."},
         {"Scenes", "Ours, after the paper's; so times and errors compare in kind only."},
         {"Paper", "Polychronakis, Koulieris and Mania 2023, on a graphics card. Its text prints few of the figures' numbers."},
     };
     write_table_1(out, sheet);
+    write_areas(out, sheet);
+    write_turning(out, sheet);
+    write_starts(out, sheet);
     write_figure_11(out, sheet);
     write_figure_12(out, sheet);
     write_rows(out, sheet);
     fv_terms(out, "How it was measured", terms, sizeof terms / sizeof terms[0]);
+    return 0;
 }

@@ -21,10 +21,11 @@ struct run {
     const struct fv_table *table;
     const volatile int *stop;
     int frames;
+    char folder[FV_PATH_MAX]; /* of parts */
     struct place {
         struct fv_table_part part;
         struct fv_part_heading heading; /* the key that it would have */
-        bool there, left_out;           /* measured before; its scene is not at hand */
+        bool there, left_out;           /* measured before; not asked for, or its scene is not at hand */
     } place[PARTS_MAX];
 };
 
@@ -72,21 +73,18 @@ static void describe(struct place *p, const struct fv_setup *s)
 
 static void part_path(const char *name, char path[FV_PATH_MAX + 64])
 {
-    snprintf(path, FV_PATH_MAX + 64, "%.900s/table-%s/%s.part", run.arguments->out, run.table->name, name);
+    snprintf(path, FV_PATH_MAX + 64, "%s/%s.part", run.folder, name);
 }
 
+/* A part's first row, where it has what the table is summed up by. */
 static void tell(const char *name, const struct fv_sheet *sheet)
 {
-    const char *row = sheet->cells ? sheet->cell[0].row : "";
-    char paper[32] = "";
-    if (!isnan(fv_sheet_paper(sheet, row, "speedup")))
-        snprintf(paper, sizeof paper, " (paper %.2f)", fv_sheet_paper(sheet, row, "speedup"));
-    if (isnan(fv_sheet_ours(sheet, row, "frame_ms")))
-        fv_log("%s: %s is %.2f x as fast as full%s, %d cells", name, row, fv_sheet_ours(sheet, row, "speedup"), paper,
-               sheet->cells);
-    else
-        fv_log("%s: %.1f ms, full %.1f ms: %.2f x%s", name, fv_sheet_ours(sheet, row, "frame_ms"),
-               fv_sheet_ours(sheet, row, "frame_ms_full"), fv_sheet_ours(sheet, row, "speedup"), paper);
+    const char *row = sheet->cells ? sheet->cell[0].row : "", *quantity = run.table->headline;
+    double paper = fv_sheet_paper(sheet, row, quantity), ours = fv_sheet_ours(sheet, row, quantity);
+    char of_paper[32] = "";
+    if (!isnan(paper)) snprintf(of_paper, sizeof of_paper, " (paper %.2f)", paper);
+    if (isnan(ours)) fv_log("%s: %d cells", name, sheet->cells);
+    else fv_log("%s: %s is %.2f x as fast as %s%s, %d cells", name, row, ours, run.table->over, of_paper, sheet->cells);
 }
 
 /* Returns an exit code. */
@@ -109,14 +107,13 @@ static int measure_part(int n)
     fv_setup_realtime(&setup, true);
     struct fv_measure_watch watch = {.setup = &setup};
     struct fv_sweep_io io = fv_measure_io(&watch);
-    struct fv_table_bench bench = {&setup.config, &setup.tracer, &setup.workers, &io, run.frames};
-    if (run.table->measure(n, &bench, &sheet)) return FV_EXIT_NOT_HELD;
+    struct fv_table_bench bench = {&setup.config, &setup.tracer, &setup.workers, &io, run.frames, run.folder, &error};
+    int state = run.table->measure(n, &bench, &sheet);
     describe(p, &setup);
     part_path(p->part.name, path);
-    if (fv_part_write(&p->heading, &sheet, path, &error)) {
-        fv_log("%s", error.text);
-        return FV_EXIT_NOT_HELD;
-    }
+    if (state == 0) state = fv_part_write(&p->heading, &sheet, path, &error);
+    if (state < 0) fv_log("%s", error.text);
+    if (state) return FV_EXIT_NOT_HELD;
     tell(p->part.name, &sheet);
     return FV_EXIT_DONE;
 }
@@ -144,25 +141,44 @@ static int run_part(int n)
 
 /* ---- the whole ---- */
 
+/* Whether it is among those asked for. */
+static bool wanted(const struct fv_table_part *part)
+{
+    const char *start = run.arguments->measure.part;
+    return !start || strncmp(part->name, start, strlen(start)) == 0;
+}
+
+/* Settings of the part, or why its scene is not at hand. Returns 0; 1: it is not; -1 with the error set. */
+static int settings_of(const struct fv_table_part *part, struct fv_config *config, struct fv_error *error)
+{
+    struct fv_config_request request;
+    if (!fv_preset_text("scenes", part->scene)) {
+        fv_error_set(error, "this program has no such scene");
+        return 1;
+    }
+    if (request_of(part, &request, error) || fv_config_load(config, &request, error)) return -1;
+    walk_at(config, part);
+    return 0;
+}
+
 /* What the part would be, and whether it is there. Returns 0, or -1 with the error set. */
 static int look_at(int n, const char *last_left_out, struct fv_error *error)
 {
     static struct fv_config config;
     static struct fv_sheet sheet;
     struct place *p = &run.place[n];
-    struct fv_config_request request;
     struct fv_part_heading heading;
-    struct fv_error why;
     char path[FV_PATH_MAX + 64];
     run.table->part(n, run.frames, &p->part);
-    if (request_of(&p->part, &request, error) || fv_config_load(&config, &request, error)) return -1;
-    walk_at(&config, &p->part);
-    fv_settings_fingerprint(p->heading.key, sizeof p->heading.key, &config, run.frames);
+    int missing = settings_of(&p->part, &config, error);
+    if (missing < 0) return -1;
+    if (!missing) fv_settings_fingerprint(p->heading.key, sizeof p->heading.key, &config, run.frames);
     part_path(p->part.name, path);
-    p->there = fv_file_exists(path);
-    p->left_out = !p->there && fv_scene_find(&config, &why);
-    if (p->left_out && strcmp(last_left_out, p->part.scene) != 0)
-        fv_log("rows of %s are left out: %s", p->part.scene, why.text);
+    p->there = !missing && fv_file_exists(path);
+    if (!missing && !p->there) missing = fv_scene_find(&config, error) != 0;
+    p->left_out = missing || !wanted(&p->part);
+    if (missing && wanted(&p->part) && strcmp(last_left_out, p->part.scene) != 0)
+        fv_log("rows of %s are left out: %s", p->part.scene, error->text);
     if (!p->there) return 0;
     sheet.cells = 0;
     if (fv_part_read(&heading, &sheet, path, error)) return -1;
@@ -170,18 +186,30 @@ static int look_at(int n, const char *last_left_out, struct fv_error *error)
     return fv_error_set(error, "%s: of another version or other settings; remove it or give another --out", path);
 }
 
+/* No part begins so. */
+static int refuse_part(const char *given, struct fv_error *error)
+{
+    char known[256] = "";
+    for (int n = 0; n < run.table->parts; n++) {
+        size_t used = strlen(known);
+        snprintf(known + used, sizeof known - used, " %s", run.place[n].part.name);
+    }
+    return fv_error_set(error, "--part %.60s: no part's name begins so; there are:%s", given, known);
+}
+
 static int look_at_all(struct fv_error *error)
 {
-    char folder[FV_PATH_MAX + 64];
-    const char *left_out = "";
+    const char *left_out = "", *given = run.arguments->measure.part;
+    bool any = false;
     if (strlen(run.arguments->out) > FV_PATH_MAX - 200)
         return fv_error_set(error, "--out %.60s...: too long", run.arguments->out);
+    snprintf(run.folder, sizeof run.folder, "%s/table-%s", run.arguments->out, run.table->name);
     for (int n = 0; n < run.table->parts; n++) {
         if (look_at(n, left_out, error)) return -1;
-        if (run.place[n].left_out) left_out = run.place[n].part.scene;
+        any |= wanted(&run.place[n].part);
+        if (run.place[n].left_out && wanted(&run.place[n].part)) left_out = run.place[n].part.scene;
     }
-    snprintf(folder, sizeof folder, "%s/table-%s", run.arguments->out, run.table->name);
-    return fv_folder_make(folder, error);
+    return any ? fv_folder_make(run.folder, error) : refuse_part(given, error);
 }
 
 /* All parts that are there, as table and page. */
@@ -190,7 +218,7 @@ static int write_all(struct fv_table_report *report, struct fv_error *error)
     static struct fv_sheet sheet;
     struct fv_part_heading heading;
     char path[FV_PATH_MAX + 64];
-    *report = (struct fv_table_report){.table = run.table, .sheet = &sheet};
+    *report = (struct fv_table_report){.table = run.table, .sheet = &sheet, .folder = run.folder};
     sheet.cells = 0;
     for (int n = 0; n < run.table->parts; n++) {
         part_path(run.place[n].part.name, path);
@@ -246,8 +274,9 @@ int fv_measure_table(const struct fv_arguments *a)
     if (look_at_all(&error)) return unusable(error.text);
     run.stop = fv_measure_heed_signals();
     for (int n = 0; n < run.table->parts && code == FV_EXIT_DONE && !*run.stop; n++)
-        if (run.place[n].there) fv_log("%s is there already", run.place[n].part.name);
-        else if (!run.place[n].left_out) code = run_part(n);
+        if (run.place[n].left_out) continue;
+        else if (run.place[n].there) fv_log("%s is there already", run.place[n].part.name);
+        else code = run_part(n);
     if (write_all(&report, &error)) {
         fv_log("%s", error.text);
         return FV_EXIT_NOT_HELD;

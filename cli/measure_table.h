@@ -14,14 +14,16 @@ struct fv_table_report {
     const struct fv_table *table;
     const struct fv_sheet *sheet;
     int parts;                     /* that are there */
+    const char *folder;            /* of their files and pictures */
     char about[FV_PART_ABOUT];     /* machine, display, frames */
 };
 
 /* report.html. Returns 0, or -1 with the error set. */
 int fv_table_page(const struct fv_table_report *report, const char *path, struct fv_error *error);
 
-/* What it shows of a table, between its heading and its foot. */
-void fv_table_page_weier2016(struct fv_writer *out, const struct fv_sheet *sheet);
-void fv_table_page_polychronakis2023(struct fv_writer *out, const struct fv_sheet *sheet);
+/* What it shows of a table, between its heading and its foot. Returns 0, or -1 with the error set: a picture could not
+ * be read. */
+typedef int fv_table_page_of(struct fv_writer *out, const struct fv_table_report *report, struct fv_error *error);
+fv_table_page_of fv_table_page_weier2016, fv_table_page_kim2021, fv_table_page_polychronakis2023;
 
 #endif

@@ -314,12 +314,14 @@ static void write_definitions(const struct page *p)
     fv_terms(p->out, "How it was measured", rows, sizeof rows / sizeof rows[0]);
 }
 
-void fv_table_page_weier2016(struct fv_writer *out, const struct fv_sheet *sheet)
+int fv_table_page_weier2016(struct fv_writer *out, const struct fv_table_report *report, struct fv_error *error)
 {
-    struct page p = {out, sheet};
+    struct page p = {out, report->sheet};
+    (void)error;
     write_facts(&p);
     write_table(&p);
     write_figure(&p);
     write_stages(&p);
     write_definitions(&p);
+    return 0;
 }

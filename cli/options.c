@@ -130,6 +130,12 @@ static int read_table(struct fv_arguments *a, const char *value)
     return 0;
 }
 
+static int read_part(struct fv_arguments *a, const char *value)
+{
+    a->measure.part = value;
+    return 0;
+}
+
 /* Returns 0, or -1 with the reason logged. */
 static const struct option {
     const char *name;
@@ -139,7 +145,7 @@ static const struct option {
     {"--frames", read_frames},   {"--ppd", read_ppd},       {"--gaze", read_gaze},
     {"--fov", read_fov},         {"--method", read_method}, {"--level", read_level},
     {"--seconds", read_seconds}, {"--shard", read_shard},   {"--merge", read_merge},
-    {"--table", read_table},
+    {"--table", read_table},     {"--part", read_part},
 };
 
 /* The option that `text` begins with, as far as the verb takes it; NULL otherwise. */

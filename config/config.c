@@ -2,6 +2,7 @@
  * what a line means is decided here, by the table. */
 #include "config/config.h"
 
+#include "config/check.h"
 #include "platform/files.h"
 
 #include <errno.h>
@@ -330,13 +331,7 @@ int fv_config_load(struct fv_config *config, const struct fv_config_request *req
         read_preset(config, "scenes", "scene.name", scene, error))
         return -1;
     if (read_requested(config, request, error)) return -1;
-    if (config->fovea_outer_deg < config->fovea_inner_deg)
-        return fv_config_error(error, "fovea.outer_deg", "%g is less than fovea.inner_deg = %g",
-                               config->fovea_outer_deg, config->fovea_inner_deg);
-    if (config->method_support != 4 && config->method_support != 8 && config->method_support != 16)
-        return fv_config_error(error, "method.support", "%lld: must be 4, 8 or 16", (long long)config->method_support);
-    if (config->method_cluster == 3) return fv_config_error(error, "method.cluster", "3: must be 1, 2 or 4");
-    return 0;
+    return fv_config_check(config, error);
 }
 
 const char *fv_config_origin(const char *dotted)

@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 #ifndef FV_ARENA_MB
-#define FV_ARENA_MB 1024
+#define FV_ARENA_MB 1536
 #endif
 
 static _Alignas(4096) char block[(size_t)FV_ARENA_MB << 20];

@@ -93,6 +93,15 @@ void fv_map_set(struct fv_map *map, const struct fv_view *now, const struct fv_v
     fv_map_set_moving(map, now, before, &still, &still);
 }
 
+float fv_map_apart(const struct fv_map *map, float x, float y, float reach)
+{
+    float to[3];
+    fv_map_point(map, x, y, 0, to);
+    if (!(to[2] > 0)) return INFINITY;
+    float across = map->t[0] - map->t[2] * to[0] / to[2], along = map->t[1] - map->t[2] * to[1] / to[2];
+    return (hypotf(across, along) + 2 * reach * fabsf(map->t[2])) / to[2];
+}
+
 bool fv_map_still(const struct fv_map *map, const struct fv_view *now)
 {
     for (int corner = 0; corner < 8; corner++) {

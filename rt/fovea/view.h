@@ -54,6 +54,10 @@ static inline void fv_map_point(const struct fv_map *map, float x, float y, floa
     for (int i = 0; i < 3; i++) to[i] = map->m[i][0] * x + map->m[i][1] * y + map->m[i][2] + map->t[i] * w;
 }
 
+/* By how many pixels at most, within `reach` pixels of (x, y), what is 1/m nearer moved otherwise; 0 where the head only
+ * turned, infinite where it was behind the eye. */
+float fv_map_apart(const struct fv_map *map, float x, float y, float reach);
+
 /* Whether no point half a metre away or farther moves by more than 1/64 of a pixel. */
 bool fv_map_still(const struct fv_map *map, const struct fv_view *now);
 

@@ -163,11 +163,18 @@ void fv_budget_stage(struct fv_budget *b, struct fv_frame *f, int i, int done, s
 
 void fv_budget_end(struct fv_budget *b, struct fv_frame *f)
 {
-    int64_t reprojected = 0, marked = 0, failed = 0, asked = 0, unanswered = 0;
+    int64_t reprojected = 0, marked = 0, failed = 0, asked = 0, unanswered = 0, corners = 0, failed_corners = 0;
+    int64_t central = 0, reused = 0, doubtful = 0, spared = 0;
     for (int w = 0; w < b->schedule.workers->count; w++) {
         reprojected += f->scratch[w].reprojected;
         marked += f->scratch[w].marked;
         failed += f->scratch[w].failed;
+        corners += f->scratch[w].corners;
+        failed_corners += f->scratch[w].failed_corners;
+        central += f->scratch[w].central;
+        reused += f->scratch[w].reused;
+        doubtful += f->scratch[w].doubtful;
+        spared += f->scratch[w].spared;
         asked += f->scratch[w].asked;
         unanswered += f->scratch[w].unanswered;
     }
@@ -175,6 +182,9 @@ void fv_budget_end(struct fv_budget *b, struct fv_frame *f)
         f->marked_share = (float)marked / (float)reprojected;
         f->failed_share = (float)failed / (float)reprojected;
     }
+    if (corners > 0) f->failed_corners_share = (float)failed_corners / (float)corners;
+    f->reused_share = central > 0 ? (float)reused / (float)central : 0;
+    if (doubtful > 0) f->spared_share = (float)spared / (float)doubtful;
     if (asked > 0) f->unanswered_share = (float)unanswered / (float)asked;
     if (!b->deadline_ns) return;
     b->sample.cut = b->cut;

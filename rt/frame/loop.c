@@ -17,6 +17,25 @@ static double least_weight(const struct fv_config *c, double k_min, int age)
     return fmin(exp(low + fmin(fmax(at, 0), 1) * (high - low)), c->method_k_max);
 }
 
+static void set_selective(struct fv_selective *s, const struct fv_config *c)
+{
+    const double upper[FV_REGIONS] = {c->selective_foveal_deg, c->selective_para_deg, c->selective_peri_deg,
+                                      c->selective_near_deg, c->selective_outer_deg};
+    const double threshold[FV_TAUS] = {c->selective_tau_poid, c->selective_tau_psn, c->selective_tau_psc,
+                                       c->selective_tau_pte,  c->selective_tau_soid, c->selective_tau_ssn,
+                                       c->selective_tau_ssc,  c->selective_tau_ste,  c->selective_tau_col};
+    for (int i = 0; i < FV_TAUS; i++) s->threshold[i] = (float)threshold[i];
+    /* One of four turned away from the others by the angle. */
+    s->facing_limit = (float)(12 * pow(sin(0.5 * c->selective_facing_deg * degree), 2));
+    s->spread = (int)c->selective_spread;
+    fv_regions_set(&s->regions, upper);
+    fv_tolerance_set(&s->tolerance, &s->regions, c->selective_shape.value);
+    s->every = strcmp(c->selective_periphery, "every") == 0;
+    s->reuse = (float)c->selective_reuse;
+    s->reuse_max = (int)c->selective_reuse_max;
+    memcpy(s->alpha, c->selective_alpha.value, sizeof s->alpha);
+}
+
 static void set_method(struct fv_frame *f, const struct fv_config *c)
 {
     f->epsilon_depth = (float)c->method_epsilon_depth;
@@ -33,10 +52,15 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
                                      .cut = strcmp(c->budget_adapt, "on") == 0,
                                      .carry = strcmp(c->method_carry, "on") == 0,
                                      .spp_passed = (int)c->method_ssaa_passed,
+                                     .ssaa_contrast = (float)c->method_ssaa_contrast,
                                      .edge = (float)c->method_edge,
+                                     .contrast = (float)c->method_contrast,
                                      .lowest_deg = (float)c->method_lowest_deg};
-    f->keep = strcmp(c->method_history, "keep") == 0;
-    f->support_refresh = (int)c->method_support_refresh;
+    /* What is refined is what was sampled, without history. */
+    f->keep = strcmp(c->method_history, "keep") == 0 && !f->refined;
+    set_selective(&f->selective, c);
+    /* Shadows of what moves show in nodes that are traced: nothing else tells of them in time. */
+    f->support_refresh = f->tracer->data->objects > 0 ? 1 : (int)c->method_support_refresh;
     f->support_counts = strcmp(c->method_support_samples, "count") == 0;
     f->sharp = strcmp(c->method_history_filter, "cubic") == 0;
     for (int age = 0; age < 128; age++) {
@@ -58,7 +82,7 @@ static float sequence(int64_t frame, uint32_t step)
 static void set_jitter(struct fv_frame *f, const struct fv_config *c)
 {
     bool can = f->keeps_history && strcmp(c->method_jitter, "off") != 0;
-    bool on = can && (f->still || strcmp(c->method_jitter, "on") == 0);
+    bool on = can && !f->refined && (f->still || strcmp(c->method_jitter, "on") == 0); /* pixels that are refined have theirs at the centre */
     f->jitter[0] = on ? sequence(f->number, 1779033704u) - 0.5f : 0;
     f->jitter[1] = on ? sequence(f->number, 3144134277u) - 0.5f : 0;
     /* Else at the centre of the pixel next to the middle. */
@@ -79,14 +103,14 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
                              .session = session,
                              .head = {.rotation = {1, 0, 0, 0}}};
     fv_frame_size(f, config);
+    f->refined = plan->buffers & FV_BIT(FV_BASE);
+    f->tracer = tracer;
     set_method(f, config);
     f->overlay = strcmp(config->output_overlay, "on") == 0;
-    f->tracer = tracer;
-    /* Shadows of what moves show in nodes that are traced: nothing else tells of them in time. */
-    if (tracer->data->objects > 0) f->support_refresh = 1;
     f->keeps_history = plan->history;
     f->kernels = fv_kernels_for(tracer->isa, plan->variant);
     fv_plan_take(plan, f, workers->count);
+    if (plan->map_side) fv_visibility_make(tracer, plan->map_side, f->kernels->map_row, workers);
     loop->trace = fv_trace_create(workers->count);
     loop->period_ns = llround(1e9 / config->budget_hz);
     loop->vsync = strcmp(config->budget_pace, "vsync") == 0;
@@ -169,10 +193,34 @@ static void swap_holds(struct fv_frame *f)
     }
 }
 
-/* The pyramid's lower levels. */
+/* The last frame's images, which are swapped with this frame's already, are the first of those kept; the oldest ones
+ * are written next. */
+static void shift_pasts(struct fv_frame *f)
+{
+    int last = f->pasts_kept - 1;
+    struct fv_past *first = &f->past[0], oldest = f->past[last];
+    memmove(first + 1, first, (size_t)last * sizeof *first);
+    memcpy(first->view, f->view, sizeof first->view);
+    memcpy(first->object, f->object, sizeof first->object);
+    for (int e = 0; e < f->eyes; e++) {
+        first->colour[e] = f->buffer[FV_HISTORY_COLOUR][e];
+        first->cache[e] = f->buffer[FV_HISTORY_CACHE][e];
+        f->buffer[FV_COLOUR][e] = oldest.colour[e];
+        f->buffer[FV_CACHE][e] = oldest.cache[e];
+    }
+    for (int t = 0; t < f->tiles && last > 0; t++) {
+        struct fv_tile_state *state = &f->state[t];
+        int fine = 1 << FV_FINE, held = state->held >> (last - 1) & 1;
+        state->held = (uint8_t)(state->held << 1 | (state->holds[0] & fine));
+        state->holds[0] = (uint8_t)((state->holds[0] & ~fine) | held);
+    }
+    if (f->pasts < f->pasts_kept) f->pasts++;
+}
+
+/* The pyramid's levels that are carried over. */
 static void swap_lower(struct fv_frame *f)
 {
-    for (int d = FV_COARSE; d < FV_DENSITIES; d++) swap(f, FV_COLOUR + 2 * d, FV_HISTORY_COLOUR + 2 * d);
+    for (int d = f->buffer[FV_HISTORY_COLOUR][0] ? FV_FINE : FV_COARSE; d < FV_DENSITIES; d++) swap(f, FV_COLOUR + 2 * d, FV_HISTORY_COLOUR + 2 * d);
     swap(f, FV_STARTS, FV_HISTORY_STARTS);
     swap_holds(f);
 }
@@ -193,7 +241,16 @@ static void swap_history(struct fv_loop *loop)
         swap(f, FV_SUPPORT_DEPTH, FV_SUPPORT_HISTORY_DEPTH);
         swap(f, FV_SUPPORT_SURFACE, FV_SUPPORT_HISTORY_SURFACE);
     }
+    for (int b = FV_BASE; b < FV_HISTORY_BASE && f->buffer[FV_HISTORY_BASE][0]; b++) swap(f, b, b - FV_BASE + FV_HISTORY_BASE);
     swap_holds(f);
+    if (f->pasts_kept > 0) shift_pasts(f);
+}
+
+static void set_past_maps(struct fv_frame *f, struct fv_past *past, int e)
+{
+    fv_map_set(&past->map[e][0], &f->view[e], &past->view[e]);
+    for (int i = 0; i < f->tracer->data->objects; i++)
+        fv_map_set_moving(&past->map[e][i + 1], &f->view[e], &past->view[e], &f->object[i], &past->object[i]);
 }
 
 static void set_maps(struct fv_frame *f, int e)
@@ -217,12 +274,14 @@ static void take_latch(struct fv_loop *loop, const struct fv_pose *head, const d
     for (int e = 0; e < f->eyes; e++) {
         fv_loop_view(loop, e, &loop->head, gaze[e], &f->view[e]);
         if (f->has_history || f->pyramid.has_last) set_maps(f, e);
+        for (int k = 0; k < f->pasts; k++) set_past_maps(f, &f->past[k], e);
         f->still = (e == 0 || f->still) && f->has_history && scene->objects == 0 && fv_map_still(&f->map[e], &f->view[e]);
     }
     for (int w = 0; w < loop->workers->count; w++) {
         struct fv_worker_scratch *s = &f->scratch[w];
         memset(s->rays, 0, sizeof s->rays);
-        s->reprojected = s->marked = s->failed = s->asked = s->unanswered = 0;
+        s->reprojected = s->marked = s->failed = s->asked = s->unanswered = s->corners = s->failed_corners = 0;
+        s->central = s->reused = s->doubtful = s->spared = 0;
     }
 }
 
@@ -273,13 +332,20 @@ void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const doubl
     loop->frame.number++;
 }
 
+void fv_loop_settings(struct fv_loop *loop)
+{
+    set_method(&loop->frame, loop->config);
+}
+
 void fv_loop_restart(struct fv_loop *loop)
 {
     loop->frame.number = 0;
     loop->frame.has_history = loop->frame.pyramid.has_last = false;
+    loop->frame.pasts = 0;
     for (int t = 0; t < loop->frame.tiles && loop->frame.state && !loop->plan->history; t++)
         loop->frame.state[t].holds[0] = 0;
-    loop->frame.marked_share = loop->frame.failed_share = loop->frame.unanswered_share = 0;
+    loop->frame.marked_share = loop->frame.failed_share = loop->frame.unanswered_share = loop->frame.failed_corners_share = 0;
+    loop->frame.reused_share = loop->frame.spared_share = 0;
     memset(loop->budget.schedule.waited, 0, (size_t)loop->frame.tiles);
     loop->head = (struct fv_pose){.rotation = {1, 0, 0, 0}};
 }

@@ -63,6 +63,10 @@ void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const doubl
 void fv_loop_view(const struct fv_loop *loop, int e, const struct fv_pose *head, const double gaze[3],
                   struct fv_view *view);
 
+/* Takes over what has changed in the configuration's settings of the method, as far as they need no other passes,
+ * buffers or levels than those that it was opened with. For measurements, before a restart. */
+void fv_loop_settings(struct fv_loop *loop);
+
 /* Forgets the frames before and their heads: the next one is the first, at the same blue noise as any first
  * one. */
 void fv_loop_restart(struct fv_loop *loop);

@@ -31,6 +31,26 @@ static const char *const buffer_names[FV_BUFFERS] = {
     [FV_RESAMPLED] = "resampled blocks",
     [FV_MASKED] = "masked blocks",
     [FV_STARTS] = "starts",
+    [FV_BASE] = "base colour",
+    [FV_IDENTITY] = "identity",
+    [FV_FACING] = "facing",
+    [FV_SECOND_IDENTITY] = "second identity",
+    [FV_SECOND_FACING] = "second facing",
+    [FV_TRIANGLE] = "triangle",
+    [FV_LIT] = "lit",
+    [FV_COARSE_SEEN] = "coarse seen checks",
+    [FV_COARSEST_SEEN] = "coarsest seen checks",
+    [FV_CHAIN] = "chain",
+    [FV_HISTORY_BASE] = "history base colour",
+    [FV_HISTORY_IDENTITY] = "history identity",
+    [FV_HISTORY_FACING] = "history facing",
+    [FV_HISTORY_SECOND_IDENTITY] = "history second identity",
+    [FV_HISTORY_SECOND_FACING] = "history second facing",
+    [FV_HISTORY_CHAIN] = "history chain",
+    [FV_REUSED] = "reused pixels",
+    [FV_EARLIER_COLOUR] = "earlier colour",
+    [FV_EARLIER_CACHE] = "earlier cache",
+    [FV_SMOOTHED] = "smoothed colour",
     [FV_HISTORY_STARTS] = "history starts",
     [FV_PICTURE] = "picture",
 };
@@ -79,10 +99,15 @@ static int64_t bytes_of(const struct fv_frame *f, enum fv_buffer buffer)
     case FV_SELECTED:
     case FV_MASKED:
     case FV_RESAMPLED: return 8 * (int64_t)f->tiles_x * f->tiles_y;
+    case FV_COARSE_SEEN:
+    case FV_CHAIN:
+    case FV_HISTORY_CHAIN: return pixels + 64;
+    case FV_REUSED: return 4 * pixels / FV_TILE;
     case FV_COARSE_COLOUR:
     case FV_COARSE_CACHE:
     case FV_COARSE_HISTORY_COLOUR:
     case FV_COARSE_HISTORY_CACHE: return pixels + 64;
+    case FV_COARSEST_SEEN:
     case FV_COARSEST_COLOUR:
     case FV_COARSEST_CACHE:
     case FV_COARSEST_HISTORY_COLOUR:
@@ -94,9 +119,14 @@ static int64_t bytes_of(const struct fv_frame *f, enum fv_buffer buffer)
 /* Passes that a frame runs: the method's and, where a sink takes pictures, present. */
 static void choose_passes(struct fv_plan *p, const struct fv_config *config)
 {
-    uint32_t read = 0;
-    for (int i = 0; p->method->pass[i]; i++) {
-        const struct fv_pass *pass = p->method->pass[i];
+    uint64_t read = 0;
+    for (const struct fv_pass *const *list = fv_method_passes(p->method, config); *list; list++) {
+        const struct fv_pass *pass = *list;
+        const char *why = pass->idle ? pass->idle(config) : NULL;
+        if (why) {
+            fv_plan_add(p, "pass", pass->name, false, 0, "%s", why);
+            continue;
+        }
         p->pass[p->passes++] = pass;
         p->buffers |= pass->reads | pass->writes;
         p->needs |= pass->needs;
@@ -114,13 +144,15 @@ static void choose_passes(struct fv_plan *p, const struct fv_config *config)
                 config->display_sink);
     p->history = (read & FV_BIT(FV_HISTORY_CACHE)) != 0;
     for (int n = 0; fv_method_at(n); n++)
-        for (int i = 0; fv_method_at(n)->pass[i]; i++) {
-            const struct fv_pass *pass = fv_method_at(n)->pass[i];
-            bool listed = false;
-            for (int k = 0; k < p->rows; k++) listed |= strcmp(p->row[k].what, pass->name) == 0;
-            if (!listed)
-                fv_plan_add(p, "pass", pass->name, false, 0, "a step of method %s, not of %s",
-                            fv_method_at(n)->name, p->method->name);
+        for (int i = 0; i < 2 * FV_METHOD_PASSES_MAX; i++) {
+            const struct fv_method *other = fv_method_at(n);
+            const struct fv_pass *pass = i < FV_METHOD_PASSES_MAX ? other->pass[i] : other->every[i - FV_METHOD_PASSES_MAX];
+            bool listed = !pass;
+            for (int k = 0; k < p->rows && pass; k++) listed |= strcmp(p->row[k].what, pass->name) == 0;
+            if (!listed && other == p->method)
+                fv_plan_add(p, "pass", pass->name, false, 0, "selective.periphery is %s", config->selective_periphery);
+            else if (!listed)
+                fv_plan_add(p, "pass", pass->name, false, 0, "a step of method %s, not of %s", other->name, p->method->name);
         }
 }
 
@@ -137,13 +169,30 @@ static void choose_carry(struct fv_plan *p, const struct fv_scene *s, const stru
                       : strcmp(config->method_foveation, "on") != 0 && !adapts ? "method.foveation is off: there are none"
                       : config->method_refresh == 1 && !adapts       ? "method.refresh is 1: all is traced"
                                                                      : NULL;
+    uint64_t carried = config->method_contrast < 1 ? FV_CARRIED : FV_CARRIED & ~FV_BIT(FV_HISTORY_COLOUR);
     int64_t bytes = 0;
     for (int b = 0; b < FV_BUFFERS; b++)
-        if (FV_CARRIED & FV_BIT(b)) bytes += f->eyes * bytes_of(f, (enum fv_buffer)b);
+        if (carried & FV_BIT(b)) bytes += f->eyes * bytes_of(f, (enum fv_buffer)b);
     p->carry = !why;
-    if (can && why) p->buffers &= ~FV_CARRIED;
+    if (can) p->buffers &= ~(why ? FV_CARRIED : FV_CARRIED & ~carried);
     fv_plan_add(p, "feature", "carried levels", p->carry, can ? bytes : 0, "%s",
                 why ? why : "the pyramid's lower levels are traced in turns: beside them the last frame's");
+}
+
+/* Where pixels of the pyramid's lower levels differ by checks only, these are painted anew. */
+static void choose_repainting(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config,
+                              const struct fv_frame *f)
+{
+    bool can = p->buffers & FV_SEEN, checks = false;
+    for (int i = 0; i < s->fields.parts; i++) checks |= s->fields.part[i].checker_size > 0;
+    const char *why = !can                           ? "no pass paints checks anew"
+                      : !checks                      ? "the scene's fields have no checks"
+                      : config->method_contrast >= 1 ? "method.contrast is 1: nothing between pixels is looked at"
+                                                     : NULL;
+    int64_t bytes = f->eyes * (bytes_of(f, FV_COARSE_SEEN) + bytes_of(f, FV_COARSEST_SEEN));
+    if (why) p->buffers &= ~FV_SEEN;
+    fv_plan_add(p, "feature", "repainted checks", !why, can ? bytes : 0, "%s",
+                why ? why : "between pixels of the pyramid's lower levels that differ by checks only");
 }
 
 /* "written by a, b; read by c", of kept passes. */
@@ -155,7 +204,7 @@ static void name_users(const struct fv_plan *p, enum fv_buffer b, char *out, siz
         const char *before = reading ? n ? "; read by " : "read by " : "written by ";
         for (int i = 0; i < p->passes + p->present && n < size; i++) {
             const struct fv_pass *pass = i < p->passes ? p->pass[i] : &fv_pass_present;
-            if (!((reading ? pass->reads : pass->writes) & FV_BIT(b))) continue;
+            if (!((reading ? pass->reads : pass->writes | pass->offers) & FV_BIT(b))) continue;
             n += (size_t)snprintf(out + n, size - n, "%s%s", before, pass->name);
             before = ", ";
         }
@@ -168,20 +217,86 @@ enum {
               FV_BIT(FV_COARSE_HISTORY_COLOUR) | FV_BIT(FV_COARSEST_HISTORY_COLOUR) | FV_BIT(FV_SUPPORT_COLOUR)
 };
 
+/* Buffers of as many images as frames before the last are kept. */
+#define EARLIER (FV_BIT(FV_EARLIER_COLOUR) | FV_BIT(FV_EARLIER_CACHE))
+
+/* Frames before the last, where pictures are smoothed over more than that one. */
+static void choose_pasts(struct fv_plan *p, const struct fv_config *config, const struct fv_frame *f)
+{
+    bool can = p->buffers & FV_BIT(FV_SMOOTHED), kept = can && config->selective_smooth > 1;
+    int64_t one = 2 * f->eyes * bytes_of(f, FV_EARLIER_COLOUR);
+    p->pasts = can ? (int)config->selective_smooth : 0;
+    if (!kept) p->buffers &= ~EARLIER;
+    fv_plan_add(p, "feature", "earlier frames", kept, kept ? (p->pasts - 1) * one : can ? one : 0, "%s",
+                !can   ? "no pass smooths over them"
+                : kept ? "selective.smooth is above 1: colours and caches of those before the last, which change places with it"
+                       : "selective.smooth is 1: over the last one, which is history");
+}
+
+static void drop(struct fv_plan *p, uint64_t bits, bool kept)
+{
+    if (!kept) p->buffers &= ~bits;
+}
+
+/* Attributes of second hits only where surfaces have such; of triangles and their light only where something is made of
+ * it: where lights are few, and the scene has more than fields. */
+static void choose_attributes(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config, const struct fv_frame *f)
+{
+    const uint64_t second = FV_BIT(FV_SECOND_IDENTITY) | FV_BIT(FV_SECOND_FACING) | FV_BIT(FV_HISTORY_SECOND_IDENTITY) |
+                            FV_BIT(FV_HISTORY_SECOND_FACING),
+                   known = FV_BIT(FV_TRIANGLE) | FV_BIT(FV_LIT);
+    bool can = p->buffers & second, has = s->features & (FV_SCENE_MIRRORS | FV_SCENE_GLASS);
+    const char *why = !can                                               ? "no pass tells pixels apart by them"
+                      : strcmp(config->selective_texture, "fetch") != 0 ? "selective.texture is trace: by rays"
+                      : s->lights > 32                                   ? "more than 32 lights: samples are traced"
+                      : s->opaque_triangles == 0                         ? "there are no opaque triangles that stand still"
+                                                                         : NULL;
+    drop(p, second, has);
+    drop(p, known, !why);
+    fv_plan_add(p, "feature", "secondary attributes", can && has, 2 * f->eyes * bytes_of(f, FV_SECOND_IDENTITY), "%s",
+                !can ? "no pass tells pixels apart by them" : has ? "materials mirror or are transparent" : "no material is a mirror or transparent");
+    fv_plan_add(p, "feature", "samples without rays", !why, 2 * f->eyes * bytes_of(f, FV_TRIANGLE), "%s",
+                why ? why : "selective.texture is fetch: where pixels differ in texture alone, on the triangles that they show");
+}
+
 static void choose_light(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config,
                          const struct fv_frame *f)
 {
     bool sampled = s->features & FV_SCENE_STOCHASTIC, asked = strcmp(config->method_light, "apart") == 0;
-    bool apart = p->history && sampled && asked;
+    bool refined = p->buffers & FV_BIT(FV_BASE), apart = p->history && sampled && asked && !refined;
     int64_t bytes = 0;
     for (int b = 0; b < FV_BUFFERS; b++)
         if (COLOURS & p->buffers & FV_BIT(b)) bytes += f->eyes * (FV_PLANES - 1) * bytes_of(f, (enum fv_buffer)b);
     p->planes = apart ? FV_PLANES : 1;
     fv_plan_add(p, "feature", "light kept apart", apart, p->history ? bytes : 0, "%s",
                 !p->history ? "the method keeps no history"
+                : refined   ? "pixels are put together from several samples' whole colours"
                 : !sampled  ? "no light is sampled"
                 : apart     ? "method.light is apart: albedo and light beside each colour"
                             : "method.light is whole");
+}
+
+/* Shadows in the periphery by maps, of the lights that can have one. */
+static void choose_maps(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config)
+{
+    int side = (int)config->selective_map, maps = 0, lights = 0;
+    for (int i = 0; i < s->lights; i++) {
+        lights += s->light[i].kind != FV_LIGHT_AREA;
+        maps += fv_light_mappable(s, i);
+    }
+    const char *why = !(p->needs & FV_NEEDS_MAPS) ? "no pass takes shadows from them"
+                      : side == 0                 ? "selective.map is 0: shadow rays everywhere"
+                      : lights == 0               ? "no point light and no sun"
+                      : s->fields.parts > 0       ? "the scene has fields, which maps do not hold: shadow rays"
+                      : maps == 0 ? "points and suns move, are far off or have nothing that stands still around them: "
+                                    "shadow rays"
+                                                  : NULL;
+    p->map_side = why ? 0 : side;
+    if (why) fv_plan_add(p, "feature", "light maps", false, fv_visibility_bytes(s, side), "%s", why);
+    else
+        fv_plan_add(p, "feature", "light maps", true, fv_visibility_bytes(s, side),
+                    "of %d of %d points and suns, %d texels a side: shadows in the periphery without rays%s", maps,
+                    lights, side, maps < lights ? "; rays to the rest" : "");
 }
 
 static void choose_buffers(struct fv_plan *p, const struct fv_frame *f)
@@ -190,7 +305,8 @@ static void choose_buffers(struct fv_plan *p, const struct fv_frame *f)
     char users[128];
     for (int b = 0; b < FV_BUFFERS; b++) {
         bool kept = p->buffers & FV_BIT(b), swapped = strstr(buffer_names[b], "history") != NULL;
-        int64_t bytes = bytes_of(f, (enum fv_buffer)b) * (COLOURS & FV_BIT(b) ? p->planes : 1);
+        int images = COLOURS & FV_BIT(b) ? p->planes : EARLIER & FV_BIT(b) && kept ? p->pasts - 1 : 1;
+        int64_t bytes = bytes_of(f, (enum fv_buffer)b) * images;
         if (kept) of_one_eye += bytes;
         p->bytes[b] = kept ? f->eyes * bytes : 0;
         name_users(p, (enum fv_buffer)b, users, sizeof users);
@@ -365,13 +481,32 @@ void fv_plan_make(struct fv_plan *p, const struct fv_method *method, const struc
     *p = (struct fv_plan){.method = method};
     choose_passes(p, config);
     choose_carry(p, scene, config, frame);
+    choose_attributes(p, scene, config, frame);
+    choose_repainting(p, scene, config, frame);
+    choose_pasts(p, config, frame);
     choose_light(p, scene, config, frame);
+    choose_maps(p, scene, config);
     choose_buffers(p, frame);
     choose_features(p, scene, config);
     choose_variant(p, scene);
     choose_workers(p, frame, config);
     choose_adaptation(p, config);
     choose_devices(p, config);
+}
+
+/* Images of the frames before: the last one's is history. */
+static void take_pasts(const struct fv_plan *p, struct fv_frame *f)
+{
+    int64_t each = p->pasts > 1 ? p->bytes[FV_EARLIER_COLOUR] / f->eyes / (p->pasts - 1) : 0;
+    f->pasts_kept = p->pasts;
+    for (int e = 0; e < f->eyes && p->pasts > 0; e++) {
+        f->past[0].colour[e] = f->buffer[FV_HISTORY_COLOUR][e];
+        f->past[0].cache[e] = f->buffer[FV_HISTORY_CACHE][e];
+        for (int k = 1; k < p->pasts; k++) {
+            f->past[k].colour[e] = (uint32_t *)((char *)f->buffer[FV_EARLIER_COLOUR][e] + (k - 1) * each);
+            f->past[k].cache[e] = (uint32_t *)((char *)f->buffer[FV_EARLIER_CACHE][e] + (k - 1) * each);
+        }
+    }
 }
 
 void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
@@ -381,8 +516,9 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
         char *bytes = fv_arena_take(fv_arena(), buffer_names[b], (size_t)p->bytes[b], 4096);
         memset(bytes, 0, (size_t)p->bytes[b]); /* touched now: the first frames would pay for it */
         f->buffer[b][0] = bytes;
-        if (f->eyes == 2 && b != FV_SELECTED && b != FV_RESAMPLED && b != FV_MASKED) f->buffer[b][1] = bytes + p->bytes[b] / 2;
+        if (f->eyes == 2 && b != FV_SELECTED && b != FV_RESAMPLED && b != FV_MASKED && b != FV_REUSED) f->buffer[b][1] = bytes + p->bytes[b] / 2;
     }
+    take_pasts(p, f);
     f->planes = p->planes;
     f->support_plane = f->stride / f->spacing * (f->rows / f->spacing);
     f->scratch = fv_arena_take(fv_arena(), "worker scratch", (size_t)workers * sizeof *f->scratch, 64);
@@ -391,7 +527,7 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
     f->state = fv_arena_take(fv_arena(), "tiles", (size_t)f->tiles * sizeof *f->state, 64);
     /* Nothing is history yet, wherever a tile turns out coarse; and without history nothing is held. */
     uint8_t holds = p->history ? FV_HELD_ALL : 0;
-    for (int t = 0; t < f->tiles; t++) f->state[t] = (struct fv_tile_state){.holds = {holds, holds}};
+    for (int t = 0; t < f->tiles; t++) f->state[t] = (struct fv_tile_state){.holds = {holds, holds}, .held = holds};
 }
 
 void fv_plan_report(const struct fv_plan *p, struct fv_session *session)

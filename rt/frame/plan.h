@@ -10,7 +10,7 @@ struct fv_plan {
     const struct fv_method *method;
     const struct fv_pass *pass[FV_METHOD_PASSES_MAX + 1];
     int passes;
-    uint32_t buffers;               /* bits of fv_buffer that are taken */
+    uint64_t buffers;               /* bits of fv_buffer that are taken */
     int64_t bytes[FV_BUFFERS];      /* of all eyes */
     bool present;                   /* a sink takes pictures */
     bool history;                   /* colour and depth are swapped after each frame */
@@ -18,6 +18,8 @@ struct fv_plan {
     uint32_t needs;                 /* enum fv_needs of the passes together */
     bool noise;                     /* a pass needs the blue-noise mask */
     bool gaze;                      /* something uses where the eye looks: else its source is not opened */
+    int map_side;                   /* texels of lights' maps (trace/visibility.h), 0: there are none */
+    int pasts;                      /* frames before a frame that are kept, with their images (struct fv_past) */
     int planes;                     /* images of a buffer of colours (rt/pass/pass.h) */
     enum fv_variant variant;        /* of the tracing kernel */
     int workers;                    /* to be started */

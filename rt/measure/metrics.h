@@ -52,6 +52,10 @@ struct fv_metrics *fv_metrics_open(int width, int height, double ppd);
 void fv_zones_of_view(const struct fv_view *view, uint8_t *zone);
 void fv_zones_of_picture(int width, int height, double gaze_x, double gaze_y, double focal_px, uint8_t *zone);
 
+/* Other zones: zone[y * width + x] is how many of the limits (degrees, growing, at most FV_ZONE_FAR of them) the
+ * pixel's centre lies beyond. fv_metrics_compare takes these as well: its errors are in the same order. */
+void fv_zones_beyond(const struct fv_view *view, const double *limit_deg, int limits, uint8_t *zone);
+
 /* Both pictures have the size that `metrics` was opened for. `workers` may be NULL: this thread only;
  * the values do not depend on it. */
 void fv_metrics_compare(struct fv_metrics *metrics, struct fv_workers *workers,

@@ -9,7 +9,7 @@
 
 #include "rt/measure/contest.h"
 
-enum { FV_SHEET_CELLS_MAX = 4096, FV_TABLE_SETTINGS_MAX = 16, FV_TABLE_FRAMES_MAX = 100000 };
+enum { FV_SHEET_CELLS_MAX = 6144, FV_TABLE_SETTINGS_MAX = 16, FV_TABLE_FRAMES_MAX = 100000 };
 
 /* A cell of table-NAME.csv: plain names, without commas, quotes or line ends. */
 struct fv_cell {
@@ -64,16 +64,19 @@ struct fv_table_bench {
     struct fv_workers *workers;
     const struct fv_sweep_io *io;
     int frames; /* that are counted */
+    const char *folder; /* for its pictures */
+    struct fv_error *error;
 };
 
 struct fv_table {
     const char *name, *paper, *what;
+    const char *headline, *over; /* the quantity that sums a part up by its first row: times as fast as what */
     int frames; /* counted where --frames does not say */
     int parts;
     void (*part)(int n, int frames, struct fv_table_part *part);
     /* Lights as the part wants them, once the scene is loaded and before the tracer is opened. */
     void (*relight)(int n, struct fv_scene *scene);
-    /* Adds the part's cells. Returns 0; 1: stopped. Takes memory. */
+    /* Adds the part's cells. Returns 0; 1: stopped; -1 with the bench's error set. Takes memory. */
     int (*measure)(int n, const struct fv_table_bench *bench, struct fv_sheet *sheet);
 };
 
@@ -81,6 +84,9 @@ struct fv_table {
 const struct fv_table *fv_table_find(const char *name);
 const struct fv_table *fv_table_at(int n);
 
-extern const struct fv_table fv_table_weier2016, fv_table_polychronakis2023;
+extern const struct fv_table fv_table_weier2016, fv_table_kim2021, fv_table_polychronakis2023;
+
+/* A row's name there, until the next call. */
+const char *fv_row_polychronakis2023(const char *scene, const char *kind, int ssaa, double fovea_deg, int refresh);
 
 #endif

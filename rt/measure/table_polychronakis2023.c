@@ -1,14 +1,17 @@
 /* table_polychronakis2023: Figures 11 and 12 and Table 1 of Polychronakis et al. 2023, "An Inverted Pyramid
  * Acceleration Structure Guiding Foveated Sphere Tracing for Implicit Surfaces in VR": speed-up over full marching of
  * IPR and FIPR by scene, samples a pixel, radius of the fovea and refresh rate of what lies outside it, as steps and as
- * CPU time; SSIM and FLIP. One eye; counted "frames" are places along the scene's path, at each of which full and every
- * other are rendered in turn, standing still for a warm frame and then a whole round of refreshing.
+ * CPU time; SSIM and FLIP, at 7.5 degrees by eccentricity, too. One eye; counted "frames" are places along the scene's
+ * path, at each of which full and every other are rendered in turn, standing still for a warm frame and then a whole
+ * round of refreshing; or coming to it with a head that turns and moves.
  *
  * Rows are SCENE/KIND/ssaaN/foveaDEG/refreshN. KIND: ipr, every pixel (fovea180); fipr, N samples of the fovea, of edges
- * and of the middle level too, as the paper has it; fipr-masked, N samples only of the fovea and of edges; ipr-unculled,
- * for 1 and 16 samples, where neither side leaves parts of the fields out; and, for one sample, full itself by other
- * steps (full-plain, full-relaxed) than those of the settings, which all others take, full too. Scenes are ours, after
- * the paper's. */
+ * and of the middle level too, as the paper has it; fipr-masked, N samples only of the fovea and of edges. For 1 and 16
+ * samples: ipr-unculled, where neither side leaves parts of the fields out; ipr-minimum and fipr-minimum, whose rays
+ * start at the paper's least of 3 x 3 distances; fipr-paper, which has neither our lowest level nor carries anything
+ * over. For one sample: fipr-turning and fipr-turning-stays, the head turning, what is not refreshed carried over or
+ * standing as in the paper; and full itself by other steps (full-plain, full-relaxed) than those of the settings, which
+ * all others take, full too. Scenes are ours, after the paper's. */
 #include "rt/measure/table.h"
 
 #include "platform/arena.h"
@@ -17,6 +20,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define NONE ((double)NAN)
@@ -40,16 +44,53 @@ static const double foveas_deg[] = {2.5, 5, 7.5, 10, 12.5, 15};
 static const int refreshes[] = {1, 2, 4};
 enum { FOVEAS = sizeof foveas_deg / sizeof foveas_deg[0], REFRESHES = sizeof refreshes / sizeof refreshes[0] };
 
-enum kind { IPR, UNCULLED, PLAIN, RELAXED, FIPR, MASKED, KINDS };
-static const char *const kind_names[KINDS] = {"ipr", "ipr-unculled", "full-plain", "full-relaxed", "fipr", "fipr-masked"};
-enum { ENTRIES_MAX = 4 + 2 * FOVEAS * REFRESHES, PLACES_MAX = 64, SETTLED = 1 };
+enum kind_name { IPR, UNCULLED, IPR_MINIMUM, PLAIN, RELAXED, FIPR, MASKED, FIPR_MINIMUM, PAPERS, TURNING, STAYING, KINDS };
+static const struct kind {
+    const char *name;
+    bool full;     /* not the pyramid */
+    bool foveated; /* else every pixel is masked */
+    bool one;      /* sample a pixel of the lower levels */
+    bool minimum;  /* starts as in the paper */
+    bool middle;   /* nothing below the middle level */
+    bool stays;    /* what is not refreshed is not carried over */
+    bool turning;
+    bool beside_paper;
+} kinds[KINDS] = {
+    [IPR] = {.name = "ipr", .beside_paper = true},
+    [UNCULLED] = {.name = "ipr-unculled"},
+    [IPR_MINIMUM] = {.name = "ipr-minimum", .minimum = true, .beside_paper = true},
+    [PLAIN] = {.name = "full-plain", .full = true},
+    [RELAXED] = {.name = "full-relaxed", .full = true},
+    [FIPR] = {.name = "fipr", .foveated = true, .beside_paper = true},
+    [MASKED] = {.name = "fipr-masked", .foveated = true, .one = true},
+    [FIPR_MINIMUM] = {.name = "fipr-minimum", .foveated = true, .minimum = true},
+    [PAPERS] = {.name = "fipr-paper", .foveated = true, .minimum = true, .middle = true, .stays = true, .beside_paper = true},
+    [TURNING] = {.name = "fipr-turning", .foveated = true, .turning = true},
+    [STAYING] = {.name = "fipr-turning-stays", .foveated = true, .stays = true, .turning = true},
+};
+enum { ENTRIES_MAX = 16 + 2 * FOVEAS * REFRESHES, PLACES_MAX = 64, SETTLED = 1, SETTLED_TURNING = 5 };
+
+/* Errors are also taken apart by eccentricity, at the radius of Table 1. */
+#define TABLE_1_DEG 7.5
+static const double limits_deg[] = {TABLE_1_DEG, 20};
+enum { LIMITS = sizeof limits_deg / sizeof limits_deg[0] };
+static const struct {
+    const char *suffix; /* of the quantity */
+    int zone;
+} areas[] = {{"", FV_ZONE_ALL}, {"_fovea", 0}, {"_mid", 1}, {"_far", 2}};
+enum { AREAS = sizeof areas / sizeof areas[0], OFF = 16 };
+
+/* Of a head that turns. */
+static const double turn_deg_s = 20, aside_m_s = 0.3;
 
 /* One way of rendering, and what was measured at each place. */
 struct entry {
-    enum kind kind;
+    const struct kind *kind;
     double fovea_deg;
     int refresh;
-    double speedup[PLACES_MAX], steps[PLACES_MAX], cpu_ms[PLACES_MAX], ssim[PLACES_MAX], flip[PLACES_MAX];
+    double speedup[PLACES_MAX], steps[PLACES_MAX], cpu_ms[PLACES_MAX];
+    double ssim[AREAS][PLACES_MAX], flip[AREAS][PLACES_MAX];
+    double off[PLACES_MAX]; /* pixels that are off by more than OFF of 255, in a million */
 };
 
 static struct bench {
@@ -57,7 +98,7 @@ static struct bench {
     int ssaa, entries, places;
     struct fv_config config[2];
     struct fv_contender full, pyramid;
-    struct fv_tracer unculled, plain, relaxed;
+    struct fv_tracer tracer[KINDS]; /* by which each kind is rendered */
     struct fv_metrics *metrics;
     uint8_t *zone, *picture; /* of full's last frame */
     struct entry entry[ENTRIES_MAX];
@@ -69,6 +110,7 @@ static void part(int n, int frames, struct fv_table_part *p)
     static const char *const always[] = {"display.eyes=1",   "display.sink=png", "output.overlay=off", "budget.adapt=off",
                                          "method.name=pyramid", "eye.source=none", "imu.source=none",
                                          "display.headset=vive-pro-eye",
+                                         "method.carry=on", /* its buffers */
                                          /* Without culling rays along the ground take thousands. */
                                          "method.march_steps=8192"};
     (void)frames;
@@ -79,31 +121,50 @@ static void part(int n, int frames, struct fv_table_part *p)
     p->setting[p->settings++] = scenes[n / SSAAS].setting;
 }
 
-static void add_entry(enum kind kind, double fovea_deg, int refresh)
+static void add_entry(enum kind_name kind, double fovea_deg, int refresh)
 {
-    bench.entry[bench.entries++] = (struct entry){.kind = kind, .fovea_deg = fovea_deg, .refresh = refresh};
+    bench.entry[bench.entries++] = (struct entry){.kind = &kinds[kind], .fovea_deg = fovea_deg, .refresh = refresh};
+}
+
+/* Where all there is is compared: not between, as it takes long. */
+static bool whole(int ssaa)
+{
+    return ssaa == 1 || ssaa == 16;
+}
+
+static void add_whole(int ssaa)
+{
+    add_entry(UNCULLED, 180, 1);
+    add_entry(IPR_MINIMUM, 180, 1);
+    add_entry(FIPR_MINIMUM, TABLE_1_DEG, 1);
+    add_entry(PAPERS, TABLE_1_DEG, 1);
+    add_entry(PAPERS, TABLE_1_DEG, 4);
+    if (ssaa > 1) return;
+    for (int kind = PLAIN; kind <= RELAXED; kind++) add_entry((enum kind_name)kind, 180, 1);
+    for (int r = 0; r < REFRESHES; r++) add_entry(TURNING, TABLE_1_DEG, refreshes[r]);
+    for (int r = 1; r < REFRESHES; r++) add_entry(STAYING, TABLE_1_DEG, refreshes[r]);
 }
 
 static void add_entries(int ssaa)
 {
     bench.entries = 0;
     add_entry(IPR, 180, 1);
-    if (ssaa == 1 || ssaa == 16) add_entry(UNCULLED, 180, 1);
-    for (int kind = PLAIN; ssaa == 1 && kind <= RELAXED; kind++) add_entry((enum kind)kind, 180, 1);
+    if (whole(ssaa)) add_whole(ssaa);
     for (int kind = FIPR; kind <= (ssaa > 1 ? MASKED : FIPR); kind++)
         for (int f = 0; f < FOVEAS; f++)
-            for (int r = 0; r < REFRESHES; r++) add_entry((enum kind)kind, foveas_deg[f], refreshes[r]);
+            for (int r = 0; r < REFRESHES; r++) add_entry((enum kind_name)kind, foveas_deg[f], refreshes[r]);
 }
 
 static void open_bench(const struct fv_table_bench *of, int ssaa)
 {
     static const char *const methods[2] = {"full", "pyramid"};
     struct fv_contender *contender[2] = {&bench.full, &bench.pyramid};
-    bench = (struct bench){.of = of, .ssaa = ssaa, .unculled = *of->tracer, .plain = *of->tracer, .relaxed = *of->tracer};
+    bench = (struct bench){.of = of, .ssaa = ssaa};
+    for (int i = 0; i < KINDS; i++) bench.tracer[i] = *of->tracer;
     bench.places = of->frames < PLACES_MAX ? of->frames : PLACES_MAX;
-    bench.unculled.culling = false;
-    bench.plain.stepping = FV_STEPPING_PLAIN;
-    bench.relaxed.stepping = FV_STEPPING_RELAXED;
+    bench.tracer[UNCULLED].culling = false;
+    bench.tracer[PLAIN].stepping = FV_STEPPING_PLAIN;
+    bench.tracer[RELAXED].stepping = FV_STEPPING_RELAXED;
     for (int i = 0; i < 2; i++) {
         bench.config[i] = *of->config;
         bench.config[i].method_spp = ssaa;
@@ -129,19 +190,43 @@ static void latch(int place, struct fv_sweep_frame *frame)
     for (int e = 0; e < 2; e++) memcpy(frame->gaze[e], ahead, sizeof ahead);
 }
 
-/* Mean CPU time and steps of a frame of `count`, after some that are not counted. */
-static void render(struct fv_contender *c, const struct fv_sweep_frame *frame, int settled, int count, double *cpu_ms,
-                   double *steps)
+/* Where a head that comes to the place is so many frames before. */
+static void come(const struct fv_sweep_frame *place, int frames, struct fv_pose *head, int64_t *t_ns)
+{
+    double before_s = frames / bench.of->config->budget_hz;
+    struct fv_pose way = {.position_m = {-aside_m_s * before_s, 0, 0}};
+    fv_quat_from_yaw_pitch_roll(-turn_deg_s * before_s * M_PI / 180, 0, 0, way.rotation);
+    fv_pose_compose(&place->head, &way, head);
+    *t_ns = (int64_t)fmax((double)place->t_ns - 1e9 * before_s, 0);
+}
+
+/* Mean CPU time and steps of a frame of `count`, after some that are not counted; the last one is at the place. */
+static void render(struct fv_contender *c, const struct fv_sweep_frame *place, bool turning, int settled, int count,
+                   double *cpu_ms, double *steps)
 {
     struct fv_frame_record r;
     *cpu_ms = *steps = 0;
     fv_loop_restart(&c->loop);
     for (int i = 0; i < settled + count; i++) {
-        fv_loop_frame(&c->loop, &frame->head, frame->gaze, 0, frame->t_ns, &r);
+        struct fv_pose head = place->head;
+        int64_t t_ns = place->t_ns;
+        if (turning) come(place, settled + count - 1 - i, &head, &t_ns);
+        fv_loop_frame(&c->loop, &head, place->gaze, 0, t_ns, &r);
         if (i < settled) continue;
         *cpu_ms += (double)r.cpu_ms / count;
         *steps += (double)r.rays[FV_RAY_MARCH_STEPS] / count;
     }
+}
+
+static double off_ppm(const struct fv_metrics_picture *a, const struct fv_metrics_picture *b)
+{
+    int64_t off = 0;
+    for (int y = 0; y < a->height; y++) {
+        const uint8_t *p = a->pixel + y * a->stride_bytes, *q = b->pixel + y * b->stride_bytes;
+        for (int x = 0; x < a->width; x++, p += a->step, q += b->step)
+            off += abs(p[0] - q[0]) > OFF || abs(p[1] - q[1]) > OFF || abs(p[2] - q[2]) > OFF;
+    }
+    return 1e6 * (double)off / ((double)a->width * a->height);
 }
 
 static void judge(struct fv_frame *f, struct entry *e, int place)
@@ -150,93 +235,125 @@ static void judge(struct fv_frame *f, struct entry *e, int place)
     struct fv_metrics_picture own = fv_picture_present(f, bench.of->workers);
     struct fv_errors errors;
     fv_metrics_compare(bench.metrics, bench.of->workers, &full, &own, bench.zone, &errors);
-    e->ssim[place] = errors.ssim[FV_ZONE_ALL];
-    e->flip[place] = errors.flip[FV_ZONE_ALL];
+    for (int a = 0; a < AREAS; a++) {
+        e->ssim[a][place] = errors.ssim[areas[a].zone];
+        e->flip[a][place] = errors.flip[areas[a].zone];
+    }
+    e->off[place] = off_ppm(&full, &own);
 }
 
 static void render_entry(struct entry *e, int place, const struct fv_sweep_frame *frame, double full_ms, double full_steps)
 {
+    const struct kind *k = e->kind;
     struct fv_config *c = &bench.config[1];
-    bool full = e->kind == PLAIN || e->kind == RELAXED;
-    struct fv_contender *contender = full ? &bench.full : &bench.pyramid;
+    struct fv_contender *contender = k->full ? &bench.full : &bench.pyramid;
+    struct fv_pyramid *p = &bench.pyramid.loop.frame.pyramid;
     double steps;
     c->fovea_inner_deg = e->fovea_deg;
     c->method_refresh = e->refresh;
     c->method_ssaa = bench.ssaa;
-    c->method_ssaa_middle = e->kind == FIPR ? bench.ssaa : 1;
-    bench.pyramid.loop.frame.pyramid.foveated = e->kind >= FIPR;
-    contender->loop.frame.tracer = e->kind == UNCULLED  ? &bench.unculled
-                                   : e->kind == PLAIN   ? &bench.plain
-                                   : e->kind == RELAXED ? &bench.relaxed
-                                                        : bench.of->tracer;
-    render(contender, frame, e->kind >= FIPR ? SETTLED : 0, e->refresh, &e->cpu_ms[place], &steps);
+    c->method_ssaa_middle = k->one ? 1 : bench.ssaa;
+    p->foveated = k->foveated;
+    p->minimum = k->minimum;
+    p->lowest_deg = k->middle ? 181 : (float)c->method_lowest_deg;
+    p->carry = bench.pyramid.plan.carry = !k->stays;
+    contender->loop.frame.tracer = &bench.tracer[k - kinds];
+    render(contender, frame, k->turning, k->turning ? SETTLED_TURNING : k->foveated ? SETTLED : 0, e->refresh,
+           &e->cpu_ms[place], &steps);
     e->speedup[place] = full_ms / e->cpu_ms[place];
     e->steps[place] = full_steps / steps;
     judge(&contender->loop.frame, e, place);
 }
 
-/* Full, and each entry beside it. */
-static void render_place(int place)
+/* Full, and each entry beside it. Returns 0; 1: stopped. */
+static int render_place(int place, const char *what)
 {
+    const struct fv_sweep_io *io = bench.of->io;
     struct fv_sweep_frame frame;
-    double ms[2], steps[2];
+    double ms[2], steps[2], done = (double)place / bench.places;
+    io->progress(io->context, what, done);
     latch(place, &frame);
     for (int culled = 0; culled < 2; culled++) {
-        if (!culled && bench.ssaa > 1 && bench.ssaa < 16) continue;
-        bench.full.loop.frame.tracer = culled ? bench.of->tracer : &bench.unculled;
-        render(&bench.full, &frame, 0, 1, &ms[culled], &steps[culled]);
+        if (!culled && !whole(bench.ssaa)) continue;
+        bench.full.loop.frame.tracer = &bench.tracer[culled ? IPR : UNCULLED];
+        render(&bench.full, &frame, false, 0, 1, &ms[culled], &steps[culled]);
     }
     bench.full_ms[place] = ms[1];
     struct fv_metrics_picture full = fv_picture_present(&bench.full.loop.frame, bench.of->workers);
     fv_picture_pack(&full, bench.picture);
-    fv_zones_of_view(&bench.full.loop.frame.view[0], bench.zone);
+    fv_zones_beyond(&bench.full.loop.frame.view[0], limits_deg, LIMITS, bench.zone);
     for (int i = 0; i < bench.entries; i++) {
-        int culled = bench.entry[i].kind != UNCULLED;
+        int culled = bench.entry[i].kind != &kinds[UNCULLED];
+        if (io->stopped(io->context)) return 1;
         render_entry(&bench.entry[i], place, &frame, ms[culled], steps[culled]);
+        io->progress(io->context, what, done + (i + 1.0) / bench.entries / bench.places);
     }
+    return 0;
+}
+
+/* At the fovea of Table 1, or without one. */
+static bool in_table_1(const struct entry *e)
+{
+    return !e->kind->foveated || fabs(e->fovea_deg - TABLE_1_DEG) < 0.1;
 }
 
 /* What the paper prints of it. */
 static double printed(const struct scene *s, const struct entry *e, const char *quantity)
 {
-    bool ipr = e->kind == IPR, fipr = e->kind == FIPR, ssaa1 = bench.ssaa == 1, ssaa16 = bench.ssaa == 16;
-    bool at = e->fovea_deg > 7 && e->fovea_deg < 8;
+    bool fipr = e->kind->foveated, ssaa1 = bench.ssaa == 1, ssaa16 = bench.ssaa == 16;
+    if (!e->kind->beside_paper) return NONE;
     if (strcmp(quantity, "speedup") == 0) {
-        if (fipr && at && ssaa1 && e->refresh == 1) return s->least;
-        if (fipr && at && ssaa16 && e->refresh == 4) return s->most;
-        if (fipr && e->fovea_deg > 14 && ssaa1 && e->refresh == 1) return s->widest;
-        if (fipr && e->fovea_deg < 3 && ssaa16 && e->refresh == 4) return s->narrowest;
+        if (!fipr) return NONE;
+        if (in_table_1(e) && ssaa1 && e->refresh == 1) return s->least;
+        if (in_table_1(e) && ssaa16 && e->refresh == 4) return s->most;
+        if (e->fovea_deg > 14 && ssaa1 && e->refresh == 1) return s->widest;
+        if (e->fovea_deg < 3 && ssaa16 && e->refresh == 4) return s->narrowest;
         return NONE;
     }
-    if (!ssaa1 || e->refresh != 1 || !(ipr || (fipr && at))) return NONE;
-    return strcmp(quantity, "ssim") == 0 ? ipr ? s->ssim_ipr : s->ssim : ipr ? s->flip_ipr : s->flip;
+    if (!ssaa1 || e->refresh != 1 || !in_table_1(e)) return NONE;
+    return strcmp(quantity, "ssim") == 0 ? fipr ? s->ssim : s->ssim_ipr : fipr ? s->flip : s->flip_ipr;
+}
+
+const char *fv_row_polychronakis2023(const char *scene, const char *kind, int ssaa, double fovea_deg, int refresh)
+{
+    static char row[sizeof((struct fv_cell *)0)->row];
+    snprintf(row, sizeof row, "%s/%s/ssaa%d/fovea%g/refresh%d", scene, kind, ssaa, fovea_deg, refresh);
+    return row;
+}
+
+/* NaN where some place had none: an area that the picture does not reach. */
+static double median(double *value)
+{
+    for (int i = 0; i < bench.places; i++)
+        if (isnan(value[i])) return NONE;
+    return fv_rank_quartiles(value, bench.places).value;
 }
 
 static void add_cells(const struct scene *s, struct entry *e, struct fv_sheet *sheet)
 {
-    char row[64];
-    snprintf(row, sizeof row, "%s/%s/ssaa%d/fovea%g/refresh%d", s->name, kind_names[e->kind], bench.ssaa, e->fovea_deg,
-             e->refresh);
-    fv_sheet_add(sheet, row, "speedup", "", printed(s, e, "speedup"), fv_rank_quartiles(e->speedup, bench.places).value);
-    fv_sheet_add(sheet, row, "steps_ratio", "", NONE, fv_rank_quartiles(e->steps, bench.places).value);
-    fv_sheet_add(sheet, row, "ssim", "", printed(s, e, "ssim"), fv_rank_quartiles(e->ssim, bench.places).value);
-    fv_sheet_add(sheet, row, "flip", "", printed(s, e, "flip"), fv_rank_quartiles(e->flip, bench.places).value);
-    fv_sheet_add(sheet, row, "cpu_ms", "ms", NONE, fv_rank_quartiles(e->cpu_ms, bench.places).value);
-    if (e->kind == IPR)
-        fv_sheet_add(sheet, row, "cpu_ms_full", "ms", NONE, fv_rank_quartiles(bench.full_ms, bench.places).value);
+    const char *row = fv_row_polychronakis2023(s->name, e->kind->name, bench.ssaa, e->fovea_deg, e->refresh);
+    char name[16];
+    fv_sheet_add(sheet, row, "speedup", "", printed(s, e, "speedup"), median(e->speedup));
+    fv_sheet_add(sheet, row, "steps_ratio", "", NONE, median(e->steps));
+    for (int a = 0; a < (in_table_1(e) ? AREAS : 1); a++) {
+        snprintf(name, sizeof name, "ssim%s", areas[a].suffix);
+        fv_sheet_add(sheet, row, name, "", a ? NONE : printed(s, e, "ssim"), median(e->ssim[a]));
+        snprintf(name, sizeof name, "flip%s", areas[a].suffix);
+        fv_sheet_add(sheet, row, name, "", a ? NONE : printed(s, e, "flip"), median(e->flip[a]));
+    }
+    if (in_table_1(e)) fv_sheet_add(sheet, row, "off_pixels", "ppm", NONE, median(e->off));
+    fv_sheet_add(sheet, row, "cpu_ms", "ms", NONE, median(e->cpu_ms));
+    if (e->kind == &kinds[IPR]) fv_sheet_add(sheet, row, "cpu_ms_full", "ms", NONE, median(bench.full_ms));
 }
 
 static int measure(int n, const struct fv_table_bench *of, struct fv_sheet *sheet)
 {
     const struct scene *scene = &scenes[n / SSAAS];
+    char what[48];
     open_bench(of, ssaas[n % SSAAS]);
-    for (int place = 0; place < bench.places; place++) {
-        char what[48];
-        snprintf(what, sizeof what, "%s, %d a pixel", scene->name, bench.ssaa);
-        if (of->io->stopped(of->io->context)) return 1;
-        of->io->progress(of->io->context, what, (double)place / bench.places);
-        render_place(place);
-    }
+    snprintf(what, sizeof what, "%s, %d a pixel", scene->name, bench.ssaa);
+    for (int place = 0; place < bench.places; place++)
+        if (render_place(place, what)) return 1;
     for (int i = 0; i < bench.entries; i++) add_cells(scene, &bench.entry[i], sheet);
     return 0;
 }
@@ -245,6 +362,8 @@ const struct fv_table fv_table_polychronakis2023 = {
     .name = "polychronakis2023",
     .paper = "Polychronakis et al. 2023",
     .what = "Figures 11 and 12, Table 1: speed-up of pyramid over full marching by scene, samples, fovea and refresh",
+    .headline = "speedup",
+    .over = "full",
     .frames = 3,
     .parts = SCENES * SSAAS,
     .part = part,

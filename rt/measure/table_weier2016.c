@@ -7,6 +7,7 @@
  * occlusion of 16 rays and no other light. The paper's other scenes, Rungholt and Urban Sprawl, are not at hand;
  * atrium and cornell are not in the paper. */
 #include "rt/measure/flight.h"
+#include "rt/measure/lamp.h"
 #include "rt/measure/table.h"
 
 #include <math.h>
@@ -72,12 +73,7 @@ static void part(int n, int frames, struct fv_table_part *p)
 
 /* ---- light ---- */
 
-static const float side_m = 0.5f, below_m = 0.1f;
-
-static float length_of(const float v[3])
-{
-    return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
+static const float side_m = 0.5f;
 
 /* The scene's first point light; where it has none, its first area light as a point in front of its middle, as
  * bright along the axis; where it has neither, one in the middle of the scene that is as bright as white walls
@@ -88,18 +84,8 @@ static struct fv_light lamp_of(const struct fv_scene *s)
     float across = 0;
     for (int i = 0; i < s->lights; i++)
         if (s->light[i].kind == FV_LIGHT_POINT) return s->light[i];
-    for (int i = 0; i < s->lights; i++) {
-        const struct fv_light *l = &s->light[i];
-        if (l->kind != FV_LIGHT_AREA) continue;
-        float normal[3] = {l->u[1] * l->v[2] - l->u[2] * l->v[1], l->u[2] * l->v[0] - l->u[0] * l->v[2],
-                           l->u[0] * l->v[1] - l->u[1] * l->v[0]};
-        float area = length_of(normal);
-        for (int k = 0; k < 3; k++) {
-            lamp.position[k] = l->position[k] + (l->u[k] + l->v[k]) / 2 + below_m * normal[k] / area;
-            lamp.colour[k] = l->colour[k] * area;
-        }
-        return lamp;
-    }
+    for (int i = 0; i < s->lights; i++)
+        if (s->light[i].kind == FV_LIGHT_AREA) return fv_lamp_of_area(&s->light[i]);
     for (int k = 0; k < 3; k++) {
         lamp.position[k] = (s->bounds[0][k] + s->bounds[1][k]) / 2;
         across = fmaxf(across, s->bounds[1][k] - s->bounds[0][k]);
@@ -231,6 +217,8 @@ const struct fv_table fv_table_weier2016 = {
     .name = "weier2016",
     .paper = "Weier et al. 2016",
     .what = "Table 1 and Figure 5: speed-up of reproject over full by scene, light and foveal region",
+    .headline = "speedup",
+    .over = "full",
     .frames = PATH_FRAMES,
     .parts = SCENES * LIGHTINGS,
     .part = part,

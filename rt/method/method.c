@@ -1,6 +1,7 @@
 /* method: the table of methods. */
 #include "rt/method/method.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Supersampling: each level twice the samples of the one before. */
@@ -70,26 +71,72 @@ static void pyramid_parameters(const struct fv_config *config, int level, struct
     out->spp_middle = (out->spp_middle + pyramid_levels[level - 1].ssaa - 1) / pyramid_levels[level - 1].ssaa;
 }
 
-static const struct fv_method table[] = {
-    {"full",
-     "every pixel, method.spp samples each: the baseline and, at many samples, the reference",
-     {&fv_pass_sample_all},
-     1,
-     5,
-     full_parameters},
-    {"reproject",
-     "foveated sampling over the last frame's reprojected picture (Weier et al. 2016)",
-     {&fv_pass_select, &fv_pass_support, &fv_pass_reproject, &fv_pass_sample},
-     REPROJECT_LEVELS,
-     REPROJECT_LEVELS,
-     reproject_parameters},
-    {"pyramid",
-     "sphere tracing of fields by an inverted pyramid of resolutions (Polychronakis et al. 2023)",
-     {&fv_pass_march, &fv_pass_mask, &fv_pass_trace, &fv_pass_compose},
-     PYRAMID_LEVELS,
-     PYRAMID_LEVELS,
-     pyramid_parameters},
+/* From twice the settings' care to the least of all: the central region gives way first, then what is sampled in its outer
+ * parts, and tolerance; the fovea's samples at last. */
+static const struct {
+    float tolerance, near, p_min; /* factors */
+    int samples[4];               /* at most so many */
+} selective_levels[] = {
+    {0.5f, 1, 2, {64, 64, 64, 64}},   {1, 1, 1, {64, 64, 64, 64}},      {1, 0.67f, 1, {64, 64, 2, 1}},
+    {1.5f, 0.5f, 0.6f, {9, 4, 2, 1}}, {2, 0.4f, 0.4f, {9, 4, 1, 1}},    {3, 0.3f, 0.2f, {9, 2, 1, 1}},
+    {4, 0.2f, 0.2f, {9, 1, 1, 1}},    {6, 0.15f, 0.1f, {4, 1, 1, 1}},
 };
+enum { SELECTIVE_LEVELS = 1 + sizeof selective_levels / sizeof selective_levels[0] };
+
+/* The central region is sampled whole: for the passes of reproject it is the fovea. */
+static void selective_parameters(const struct fv_config *config, int level, struct fv_parameters *out)
+{
+    float near = (float)config->selective_near_deg, p_min = (float)config->selective_p_min;
+    *out = (struct fv_parameters){.spp = 1, .spacing = (int)config->method_support, .tolerance = 1};
+    for (int r = 0; r < FV_REGIONS; r++)
+        out->extra[r] = (int)config->selective_samples.value[r < FV_REGION_FAR ? r : FV_REGION_NEAR];
+    if (level > 0) {
+        float least = fminf(near, FV_FOVEA_DEG);
+        near = fmaxf(near * selective_levels[level - 1].near, least);
+        p_min = fminf(p_min * selective_levels[level - 1].p_min, 1);
+        out->tolerance = selective_levels[level - 1].tolerance;
+        for (int r = 0; r < FV_REGIONS; r++) {
+            int most = selective_levels[level - 1].samples[r < FV_REGION_FAR ? r : FV_REGION_NEAR];
+            if (out->extra[r] > most) out->extra[r] = most;
+        }
+    }
+    out->near_deg = near;
+    out->foveal = (struct fv_foveal){near, near, p_min};
+    if (strcmp(config->selective_periphery, "every") == 0) out->foveal.p_min = 1;
+}
+
+/* Jin et al. 2009: always four samples, and the same tolerance everywhere. */
+static void uniform_parameters(const struct fv_config *config, int level, struct fv_parameters *out)
+{
+    selective_parameters(config, level, out);
+    out->even = true;
+    for (int r = 0; r < FV_REGIONS; r++) out->extra[r] = 4;
+}
+
+#define SELECTIVE_PASSES                                                                                \
+    .pass = {&fv_pass_select, &fv_pass_support, &fv_pass_reproject, &fv_pass_sample, &fv_pass_reuse, &fv_pass_refine, \
+             &fv_pass_smooth},                                                                         \
+    .every = {&fv_pass_gather, &fv_pass_reuse, &fv_pass_refine, &fv_pass_smooth}
+
+static const struct fv_method table[] = {
+    {"full", "every pixel, method.spp samples each: the baseline and, at many samples, the reference",
+     .pass = {&fv_pass_sample_all}, .levels = 1, .measured = 5, .parameters = full_parameters},
+    {"reproject", "foveated sampling over the last frame's reprojected picture (Weier et al. 2016)",
+     .pass = {&fv_pass_select, &fv_pass_support, &fv_pass_reproject, &fv_pass_sample}, .levels = REPROJECT_LEVELS,
+     .measured = REPROJECT_LEVELS, .parameters = reproject_parameters},
+    {"selective", "extra samples where pixels differ and the eye looks (Kim et al. 2021)", SELECTIVE_PASSES,
+     .levels = SELECTIVE_LEVELS, .measured = SELECTIVE_LEVELS, .parameters = selective_parameters},
+    {"selective-uniform", "extra samples where pixels differ, wherever the eye looks (Jin et al. 2009)", SELECTIVE_PASSES,
+     .levels = 1, .measured = 1, .parameters = uniform_parameters},
+    {"pyramid", "sphere tracing of fields by an inverted pyramid of resolutions (Polychronakis et al. 2023)",
+     .pass = {&fv_pass_march, &fv_pass_mask, &fv_pass_trace, &fv_pass_compose, &fv_pass_sharpen}, .levels = PYRAMID_LEVELS,
+     .measured = PYRAMID_LEVELS, .parameters = pyramid_parameters},
+};
+
+const struct fv_pass *const *fv_method_passes(const struct fv_method *method, const struct fv_config *config)
+{
+    return method->every[0] && strcmp(config->selective_periphery, "every") == 0 ? method->every : method->pass;
+}
 
 const struct fv_method *fv_method_at(int n)
 {

@@ -11,12 +11,16 @@ enum { FV_METHOD_PASSES_MAX = 8 };
 struct fv_method {
     const char *name, *what;
     const struct fv_pass *pass[FV_METHOD_PASSES_MAX + 1]; /* NULL behind the last */
+    const struct fv_pass *every[FV_METHOD_PASSES_MAX + 1]; /* instead, where selective.periphery is every; none: no matter */
     /* Level 0 is what the settings say. Where the method adapts to a budget, levels 1 to levels - 1 are a
      * table of their own, from the dearest to the smallest that is safe. Those from `levels` up to
      * `measured` are for measuring only. */
     int levels, measured;
     void (*parameters)(const struct fv_config *config, int level, struct fv_parameters *out);
 };
+
+/* The method's passes with these settings, NULL behind the last. */
+const struct fv_pass *const *fv_method_passes(const struct fv_method *method, const struct fv_config *config);
 
 /* NULL where there is none of that name. */
 const struct fv_method *fv_method_find(const char *name);

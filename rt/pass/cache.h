@@ -44,6 +44,15 @@ static inline vi cache_of_depth(vf w)
     return vi_select(known, (((vi)w + 0x4000) << 1) & (int32_t)0xffff0000, vi_of((int32_t)FV_CACHE_NONE));
 }
 
+/* Of a sample alone (struct fv_samples). */
+static inline uint32_t cache_of_sample(float w, int32_t surface)
+{
+    uint32_t bits;
+    memcpy(&bits, &w, sizeof bits);
+    uint32_t depth = w >= 0 ? (bits + 0x4000) << 1 & 0xffff0000u : FV_CACHE_NONE;
+    return depth | 1 << 8 | (surface & FV_SURFACE_OBJECT ? FV_CACHE_MOVING : 0);
+}
+
 static inline vi cache_rho(vi cache)
 {
     return (cache >> 8) & 255;

@@ -15,12 +15,20 @@
     void fv_field_starts_##isa(const struct fv_tracer *, const struct fv_view *, struct fv_samples *, float,     \
                                int64_t *);                                                                       \
     TRACE(fv_trace_samples, isa)                                                                                 \
+    fv_map_row fv_map_row_##isa;                                                                                 \
     void fv_pixel_encode_##isa(const float *, const float *, const float *, float, uint32_t *, int);             \
     void fv_pixel_encode_light_##isa(const float *, const float *, const float *, float, uint32_t *, int);       \
     void fv_pixel_encode_albedo_##isa(const float *, const float *, const float *, uint32_t *, int);             \
     void fv_pixel_compose_##isa(const uint32_t *, const uint32_t *, const uint32_t *, uint32_t *, int);          \
     void fv_reproject_##isa(struct fv_reproject_tile *);                                                         \
     void fv_pyramid_carry_##isa(struct fv_carry *);                                                              \
+    void fv_test_corners_##isa(struct fv_corners *);                                                             \
+    void fv_resolve_##isa(const struct fv_resolve *);                                                            \
+    void fv_smooth_##isa(const struct fv_smooth *);                                                              \
+    void fv_reuse_##isa(struct fv_reuse *);                                                                      \
+    void fv_pixel_decode_##isa(const uint32_t *, float *, float *, float *, int);                                \
+    void fv_pyramid_contrast_##isa(struct fv_contrast *);                                                        \
+    void fv_pyramid_repaint_##isa(const struct fv_repaint *);                                                    \
     void fv_support_answer_##isa(struct fv_support_packet *);                                                    \
     void fv_merge_##isa(const struct fv_merge *);                                                                \
     void fv_bounds_##isa(const uint32_t *, int64_t, int, uint32_t, float *, float *);                            \
@@ -30,12 +38,16 @@
 /* Rows of the coarsest tiles are 8 pixels: `narrow` are kernels that take no more at a time. */
 #define ROW(trace_, isa, narrow)                                                                                 \
     {                                                                                                            \
-        .trace = trace_##_##isa, .starts = fv_field_starts_##isa, .encode = fv_pixel_encode_##isa,               \
+        .trace = trace_##_##isa, .starts = fv_field_starts_##isa, .map_row = fv_map_row_##isa,                   \
+        .encode = fv_pixel_encode_##isa,                                                                         \
         .encode_light = fv_pixel_encode_light_##isa,                                                             \
         .encode_albedo = fv_pixel_encode_albedo_##isa, .compose = fv_pixel_compose_##isa,                        \
         .reproject = {fv_reproject_##isa, fv_reproject_##isa, fv_reproject_##narrow}, .merge = fv_merge_##isa,   \
         .bounds = {fv_bounds_##isa, fv_bounds_##isa, fv_bounds_##narrow}, .answer = fv_support_answer_##isa,     \
-        .carry = {[FV_COARSE] = fv_pyramid_carry_##isa, [FV_COARSEST] = fv_pyramid_carry_##narrow},              \
+        .test_corners = fv_test_corners_##isa, .resolve = fv_resolve_##isa, .decode = fv_pixel_decode_##isa,     \
+        .carry = {fv_pyramid_carry_##isa, fv_pyramid_carry_##isa, fv_pyramid_carry_##narrow},                    \
+        .contrast = fv_pyramid_contrast_##isa, .repaint = fv_pyramid_repaint_##isa,                              \
+        .smooth = fv_smooth_##isa, .reuse = fv_reuse_##isa,                                                      \
         .halve = fv_halve_##isa, .double_row = fv_double_row_##isa, .present = fv_pixel_present_##isa            \
     }
 #define ROWS(isa, narrow)                                                                                        \

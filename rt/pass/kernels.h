@@ -13,6 +13,12 @@ struct fv_reproject_tile; /* rt/pass/reproject.h */
 struct fv_merge;          /* rt/pass/merge.h */
 struct fv_support_packet; /* rt/pass/support.h */
 struct fv_carry;          /* rt/pass/pyramid.h */
+struct fv_corners;        /* rt/pass/selective.h */
+struct fv_resolve;
+struct fv_contrast;       /* rt/pass/pyramid.h */
+struct fv_repaint;        /* rt/pass/pyramid.h */
+struct fv_smooth;         /* rt/pass/smooth.h */
+struct fv_reuse;          /* rt/pass/reuse.h */
 
 struct fv_kernels {
     /* Traces and shades samples [0, count); seed: changes the random numbers of sampled light.
@@ -29,6 +35,9 @@ struct fv_kernels {
     void (*starts)(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
                    float radius_px, int64_t *rays);
 
+    /* A row of a light's map; see trace/visibility.h. */
+    fv_map_row *map_row;
+
     /* Tone-maps and encodes n linear radiances to pixels (pixel.h); n and the arrays padded to the width. */
     void (*encode)(const float *red, const float *green, const float *blue, float exposure, uint32_t *pixel, int n);
 
@@ -43,8 +52,26 @@ struct fv_kernels {
     /* One tile of history into the new view, by its density; see reproject.h. */
     void (*reproject[FV_DENSITIES])(struct fv_reproject_tile *tile);
 
-    /* The last frame's lower levels of the pyramid into the new view, by the tile's density; see pyramid.h. */
+    /* The last frame's levels of the pyramid into the new view, by the tile's density; see pyramid.h. */
     void (*carry[FV_DENSITIES])(struct fv_carry *carry);
+
+    /* A row of corners of the central region, and a row of its pixels; see selective.h. */
+    void (*test_corners)(struct fv_corners *corners);
+    void (*resolve)(const struct fv_resolve *row);
+
+    /* A row of pixels over those of the frames before; see smooth.h. */
+    void (*smooth)(const struct fv_smooth *row);
+
+    /* A row of pixels of the central region; see reuse.h. */
+    void (*reuse)(struct fv_reuse *row);
+
+    /* n pixels to the linear colours, times the exposure, that they stand for; n and the arrays padded to the width. */
+    void (*decode)(const uint32_t *pixel, float *red, float *green, float *blue, int n);
+    /* Where neighbouring pixels of a lower level differ; see pyramid.h. */
+    void (*contrast)(struct fv_contrast *contrast);
+
+    /* What lies between pixels of a lower level that differ by checks only; see pyramid.h. */
+    void (*repaint)(const struct fv_repaint *repaint);
 
     /* What history tells of a packet of support nodes; see support.h. */
     void (*answer)(struct fv_support_packet *packet);

@@ -42,8 +42,7 @@ static inline vf3 take_samples(const struct fv_merge *m, int i, vi mask, vi *col
 {
     if (m->sample) {
         vf3 code = pixel_unpack(*colour = vi_load(m->sample + i));
-        return (vf3){pixel_decode_channel(code.x * (1 / 1023.0f)), pixel_decode_channel(code.y * (1 / 1023.0f)),
-                     pixel_decode_channel(code.z * (1 / 1023.0f))};
+        return pixel_decode(code);
     }
     vf3 linear = {vf_load(m->red + i), vf_load(m->green + i), vf_load(m->blue + i)};
     *colour = vi_any(mask) ? pixel_encode(linear, m->exposure) : vi_of(0);

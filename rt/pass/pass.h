@@ -12,6 +12,7 @@
 #ifndef FV_PASS_PASS_H
 #define FV_PASS_PASS_H
 
+#include "rt/fovea/acuity.h"
 #include "rt/fovea/foveal.h"
 #include "rt/pass/kernels.h"
 #include "rt/trace/rays.h"
@@ -46,19 +47,43 @@ enum fv_buffer {
     FV_RESAMPLED,      /* of these, those that history was not good enough for */
     FV_MASKED,         /* mask of blocks that are traced at the pyramid's highest level, 64 bits a tile */
     FV_STARTS,         /* of each 4 x 4 pixels, where rays through fields begin (pass/pyramid.h), float */
+    FV_COARSE_SEEN,    /* of the coarse raster's pixels, which checks of fields they show, and where (pass/pyramid.h) */
+    FV_COARSEST_SEEN,  /* of the coarsest's */
+    FV_TRIANGLE,       /* of the central region, which triangles pixels show, lit by which lights (struct fv_samples) */
+    FV_LIT,
+    FV_BASE,           /* of the central region, what its pixels' own samples show (pass/selective.h): FV_COLOUR of then */
+    FV_IDENTITY,       /* and their attributes, as struct fv_samples has them; 0: not known */
+    FV_FACING,
+    FV_SECOND_IDENTITY,
+    FV_SECOND_FACING,
+    FV_CHAIN,          /* of how many frames in a row pixels' colours are (pass/reuse.h), a byte each */
+    FV_HISTORY_BASE,   /* the frame before's: swapped with the six above after each frame */
+    FV_HISTORY_IDENTITY,
+    FV_HISTORY_FACING,
+    FV_HISTORY_SECOND_IDENTITY,
+    FV_HISTORY_SECOND_FACING,
+    FV_HISTORY_CHAIN,
+    FV_REUSED,         /* pixels that took the last frame's colour: a bit each, 32 rows of 32 a tile; of all eyes */
+    FV_EARLIER_COLOUR, /* colours and caches of frames before the last, one image after another (struct fv_past) */
+    FV_EARLIER_CACHE,
+    FV_SMOOTHED,       /* FV_COLOUR smoothed over frames: shown of tiles that say so (struct fv_tile_state) */
     FV_HISTORY_STARTS, /* the frame before's: swapped with it, where levels are carried over */
     FV_PICTURE,        /* 8-bit picture for the display */
     FV_BUFFERS
 };
 
 /* Bit of a buffer in a pass's reads and writes. */
-#define FV_BIT(buffer) (1u << (buffer))
+#define FV_BIT(buffer) (1ull << (buffer))
 
 /* Bits of the colours and caches of all rasters, from the first of them. */
-#define FV_RASTERS ((1u << 2 * FV_DENSITIES) - 1)
+#define FV_RASTERS ((1ull << 2 * FV_DENSITIES) - 1)
 
-/* What lower levels of the pyramid are carried over from. */
-#define FV_CARRIED (FV_BIT(FV_COARSE_HISTORY_COLOUR) | FV_BIT(FV_COARSEST_HISTORY_COLOUR) | FV_BIT(FV_HISTORY_STARTS))
+/* Of the pyramid, where the scene has checks. */
+#define FV_SEEN (FV_BIT(FV_COARSE_SEEN) | FV_BIT(FV_COARSEST_SEEN))
+
+/* What levels of the pyramid are carried over from: the highest where it is refined. */
+#define FV_CARRIED (FV_BIT(FV_HISTORY_COLOUR) | FV_BIT(FV_COARSE_HISTORY_COLOUR) | \
+                    FV_BIT(FV_COARSEST_HISTORY_COLOUR) | FV_BIT(FV_HISTORY_STARTS))
 
 /* A pixel's colour, and flags above it (trace/pixel.h). */
 #define FV_PIXEL_COLOUR (FV_PIXEL_SAMPLED - 1)
@@ -74,8 +99,36 @@ struct fv_pyramid {
     bool carry;       /* what is not traced comes from where the last frame showed it; else it stays as it stands */
     bool has_last;    /* the last frame's lower levels and starts are there */
     int spp_passed;   /* samples of lower levels' pixels in which something lies that their ray passed by */
+    float ssaa_contrast; /* of a pixel's first samples, up to which they agree; 0: all are taken */
     float edge;       /* relative step of distance that is an edge */
+    float contrast;   /* step of colour, of 1, between pixels of lower levels that is refined; 1: none */
     float lowest_deg; /* eccentricity beyond which colour comes from the lowest level */
+};
+
+/* Thresholds of the method selective, by attribute; of the second hits those of FV_TAU_OBJECT to FV_TAU_TEXTURED again. */
+enum fv_tau { FV_TAU_OBJECT, FV_TAU_FACING, FV_TAU_SHADOWS, FV_TAU_TEXTURED, FV_TAU_SECOND, FV_TAU_COLOUR = 8, FV_TAUS };
+
+/* Settings of the method selective (pass/selective.h). */
+struct fv_selective {
+    float threshold[FV_TAUS];
+    float facing_limit;        /* sum of the squared distances between each two of four unit normals above which they disagree */
+    int spread;                /* regions, from the fovea on, where corners next to one that fails do so, too */
+    struct fv_regions regions;
+    struct fv_tolerance tolerance;
+    bool every;                /* peripheral pixels are sampled as well, each in every frame */
+    float reuse;               /* factor on thresholds below which colours are reused (pass/reuse.h) */
+    int reuse_max;             /* frames in a row */
+    double alpha[FV_REGIONS + 1];
+};
+
+/* A frame before this one, as far as it is kept: [0] is the last one, whose images are FV_HISTORY_COLOUR and
+ * FV_HISTORY_CACHE. They change places with this frame's, so that nothing is copied. */
+enum { FV_PAST_MAX = 4 };
+struct fv_past {
+    struct fv_view view[2];
+    struct fv_pose object[FV_MOVING_MAX];
+    uint32_t *colour[2], *cache[2];
+    struct fv_map map[2][FV_MOVING_MAX + 1]; /* of this frame's pixels to its: of what is fixed to each object; [0]: to none */
 };
 
 /* What a method's quality level sets. */
@@ -86,6 +139,11 @@ struct fv_parameters {
     /* Of the method pyramid (pass/pyramid.h): */
     float p_scale;      /* factor on the probability of edges */
     int refresh, spp_middle;
+    /* Of the method selective (pass/selective.h): */
+    float tolerance;    /* factor on tau_fov; and whether that is 1 instead, wherever the eye looks: */
+    bool even;
+    int extra[FV_REGIONS]; /* samples of a quarter of a pixel that fails, by region; FV_REGION_FAR as before it */
+    float near_deg;     /* radius of the central region */
 };
 
 struct fv_worker_scratch {
@@ -98,6 +156,10 @@ struct fv_worker_scratch {
     /* This frame's: */
     _Alignas(64) int64_t rays[FV_RAY_KINDS];
     int64_t reprojected, marked, failed; /* blocks: of reprojected tiles; of these marked, failed (pass/reproject.h) */
+    int64_t corners, failed_corners;     /* that were tested (pass/selective.h); of these failed */
+    int64_t central, reused;             /* pixels that might be reused (pass/reuse.h); of these were */
+    int64_t doubtful, spared;            /* subpixels at corners that failed; of these in pixels that were reused */
+    _Alignas(64) float extra[3][FV_SAMPLES_MAX]; /* of a tile's pixels: sums of extra samples */
     int64_t asked, unanswered;           /* support nodes that history was asked for; of these that it did not know */
 };
 
@@ -124,7 +186,10 @@ enum { FV_HELD_ALL = (1 << FV_DENSITIES) - 1 };
 struct fv_tile_state {
     uint8_t density;     /* enum fv_density, by select or mask */
     uint8_t reprojected; /* what stands in its pixels before they are sampled came from history */
+    uint8_t waits;       /* pyramid: its lower levels were not traced in this frame */
+    uint8_t smoothed;    /* FV_SMOOTHED is what is shown of it */
     uint8_t holds[2];    /* bit d: the raster of density d may hold history here, of this frame and the last */
+    uint8_t held;        /* bit i: of the finest, of the i-th frame before the last (struct fv_past) */
 };
 
 struct fv_frame {
@@ -134,6 +199,7 @@ struct fv_frame {
     int64_t stride, rows;        /* of the pixel buffers: whole tiles */
     int spacing;                 /* the parameters'; stride / spacing nodes a row */
     bool keeps_history, has_history, overlay;
+    bool refined;                /* pixels of the central region are put together by refine */
     bool keep;                   /* history is kept in the fovea and in resampled blocks too */
     bool support_counts;         /* support nodes are among the samples that the foveal function asks for */
     int support_refresh;         /* frames in which each support node is traced once; 1: always */
@@ -159,6 +225,9 @@ struct fv_frame {
     struct fv_pose object[FV_MOVING_MAX], object_before[FV_MOVING_MAX];
     struct fv_map object_map[2][FV_MOVING_MAX + 1]; /* of what is fixed to each object; [0]: as map */
     struct fv_pyramid pyramid;
+    struct fv_selective selective;
+    int pasts_kept, pasts;       /* frames before this one: that are kept, at most FV_PAST_MAX; of these there already */
+    struct fv_past past[FV_PAST_MAX];
     const struct fv_tracer *tracer;
     const struct fv_kernels *kernels;
     const float *noise;          /* fv_noise(), NULL where no pass needs it */
@@ -167,6 +236,9 @@ struct fv_frame {
     struct fv_tile_state *state; /* of each tile; NULL: all are fine and nothing is reprojected */
     uint8_t *failed_blocks;      /* of each tile: how many failed (pass/reproject.h); NULL: nobody asks */
     float marked_share, failed_share; /* of the frame before's reprojected blocks */
+    float failed_corners_share;       /* of the corners tested in the newest frame that tested some */
+    float reused_share;               /* of the pixels that might be (pass/reuse.h), in this frame */
+    float spared_share;               /* of the subpixels at corners that failed, in the newest frame in which some did */
     float unanswered_share;           /* of support nodes that history was asked for in the newest frame that asked */
     int spacing_before;               /* the frame before's */
     struct fv_worker_scratch *scratch;
@@ -186,7 +258,8 @@ enum fv_needs {
     FV_NEEDS_GAZE = 1, /* where the eye looks */
     FV_NEEDS_NOISE = 2, /* the blue-noise mask */
     FV_NEEDS_HISTORY = 4, /* its stand-in does: where there is none, nothing is left out */
-    FV_NEEDS_DENSITIES = 8 /* it chooses tiles' densities (struct fv_tile_state) */
+    FV_NEEDS_DENSITIES = 8, /* it chooses tiles' densities (struct fv_tile_state) */
+    FV_NEEDS_MAPS = 16 /* lights' maps, where samples are `mapped` (trace/visibility.h) */
 };
 
 /* Which tiles come first. */
@@ -197,7 +270,10 @@ enum fv_order {
 
 struct fv_pass {
     const char *name;
-    uint32_t reads, writes; /* bits of fv_buffer */
+    uint64_t reads, writes; /* bits of fv_buffer */
+    uint64_t offers;        /* of those that it writes where another pass reads them */
+    /* Why these settings leave it out; NULL where they do not, and where there is no such function. */
+    const char *(*idle)(const struct fv_config *config);
     uint32_t needs;         /* enum fv_needs */
     enum fv_order order;
     int whole;              /* units of a tile that is worked at whole; 0: a unit costs the same in all tiles */
@@ -213,12 +289,25 @@ struct fv_pass {
 };
 
 extern const struct fv_pass fv_pass_sample_all, fv_pass_support, fv_pass_select, fv_pass_reproject,
-    fv_pass_sample, fv_pass_march, fv_pass_mask, fv_pass_trace, fv_pass_compose, fv_pass_present;
+    fv_pass_sample, fv_pass_march, fv_pass_mask, fv_pass_trace, fv_pass_compose, fv_pass_sharpen, fv_pass_gather,
+    fv_pass_reuse, fv_pass_refine, fv_pass_smooth, fv_pass_present;
+
+/* Blocks along so many pixels, the last one perhaps beyond them. */
+static inline int fv_blocks_along(int pixels)
+{
+    return (pixels + FV_BLOCK - 1) / FV_BLOCK;
+}
 
 /* The nearest of 0 to count - 1. */
 static inline int fv_clamp(int64_t i, int count)
 {
     return i < 0 ? 0 : i >= count ? count - 1 : (int)i;
+}
+
+/* Brings what will be written on its way, a cache line of 64 bytes at a time. */
+static inline void fv_fetch(const void *from, int bytes)
+{
+    for (int at = 0; at < bytes; at += 64) __builtin_prefetch((const char *)from + at, 1, 2);
 }
 
 /* n pixels of a raster's row y from x0 on, of one image of its colours; beyond the raster, the pixels at its border. */
@@ -306,6 +395,14 @@ float fv_tile_threshold(const struct fv_frame *frame, const struct fv_tile *tile
 float fv_tile_eccentricity_deg(const struct fv_frame *frame, const struct fv_tile *tile, int block);
 float fv_tile_nearest_deg(const struct fv_frame *frame, const struct fv_tile *tile, int block);
 
+/* Whether some of the tile's pixels may lie within so many degrees of the gaze. */
+static inline bool fv_tile_within(const struct fv_frame *frame, const struct fv_tile *tile, float deg)
+{
+    const struct fv_view *view = &frame->view[tile->eye];
+    float e = fv_eccentricity_deg(view, (float)(tile->x0 + FV_TILE / 2), (float)(tile->y0 + FV_TILE / 2));
+    return e - fv_radius_deg(view, FV_TILE) <= deg;
+}
+
 /* Puts one place in each pixel of the masked blocks, block by block, into the worker's samples: its centre,
  * jittered. */
 void fv_tile_place(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);
@@ -324,8 +421,9 @@ void fv_samples_encode(struct fv_frame *frame, const struct fv_tile *tile);
 
 /* Traces and encodes the mean of spp samples of each pixel that the worker's samples stand in. One goes through the
  * pixel's centre; more are spread over sqrt(spp) x sqrt(spp) strata (spp that is no square: a rank-1 lattice), the
- * same for every pixel. inverse_depth becomes that of each pixel's nearest sample. */
-void fv_samples_trace_mean(struct fv_frame *frame, const struct fv_tile *tile, int spp);
+ * same for every pixel. inverse_depth becomes that of each pixel's nearest sample. `agreeing`: pixels of which the first 4
+ * of 8 to 64 samples saw one even surface, lit alike (method.ssaa_contrast), by starts of their own, take no more. */
+void fv_samples_trace_mean(struct fv_frame *frame, const struct fv_tile *tile, int spp, bool agreeing);
 
 /* Places and traces them. */
 void fv_tile_trace(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);

@@ -1,6 +1,6 @@
 /* present: pixels to the 8-bit picture that the display takes, with the optional overlay of foveal
  * zones, gaze and sampled pixels. Run only for frames that the display wants. */
-#include "rt/pass/pass.h"
+#include "rt/pass/doubled.h"
 
 #include <math.h>
 #include <string.h>
@@ -27,21 +27,7 @@ static void overlay_row(const struct fv_frame *f, const struct fv_tile *tile, in
     }
 }
 
-/* Rows of a coarse tile with a pixel more at both ends, as long as a fine tile's, for the kernels: what is behind
- * does not matter. */
-enum { HALF = FV_TILE / 2, ROW = FV_TILE };
-
-/* With all light. */
-static void take_row(const struct fv_frame *f, const struct fv_raster *r, int x0, int y, int n, uint32_t row[ROW])
-{
-    fv_raster_row(r, FV_PLANE_BASE, x0, y, n, row);
-    if (!fv_light_apart(f)) return;
-    _Alignas(64) uint32_t albedo[ROW] = {0}, light[ROW] = {0};
-    fv_raster_row(r, FV_PLANE_ALBEDO, x0, y, n, albedo);
-    fv_raster_row(r, FV_PLANE_LIGHT, x0, y, n, light);
-    f->kernels->compose(row, albedo, light, row, ROW);
-}
-
+/* Far apart in memory, rows of the picture would be waited for one by one. */
 enum { ROWS_AHEAD = 8 };
 
 static uint8_t *picture_row(const struct fv_frame *f, const struct fv_tile *tile, int y)
@@ -49,63 +35,32 @@ static uint8_t *picture_row(const struct fv_frame *f, const struct fv_tile *tile
     return (uint8_t *)f->buffer[FV_PICTURE][tile->eye] + 4 * ((tile->y0 + y) * f->stride + tile->x0);
 }
 
-/* Far apart in memory, rows of the picture would be waited for one by one. */
-static void fetch_row(const uint8_t *rgbx)
-{
-    for (int x = 0; x < 4 * FV_TILE; x += 64) __builtin_prefetch(rgbx + x, 1, 2);
-}
-
 static void show_row(const struct fv_frame *f, const struct fv_tile *tile, int y, const uint32_t *colour)
 {
     uint8_t *rgbx = picture_row(f, tile, y);
-    if (y + ROWS_AHEAD < FV_TILE) fetch_row(rgbx + 4 * ROWS_AHEAD * f->stride);
+    if (y + ROWS_AHEAD < FV_TILE) fv_fetch(rgbx + 4 * ROWS_AHEAD * f->stride, 4 * FV_TILE);
     f->kernels->present(colour, rgbx, FV_TILE);
     if (f->overlay) overlay_row(f, tile, y, colour, rgbx);
 }
 
-/* A coarse tile's rows and those above and below it, each with the pixels next to it, from `first` on. */
-struct rows {
-    _Alignas(64) uint32_t pixel[HALF + 2][ROW];
-    int first;
-};
-
-static void take_rows(const struct fv_frame *f, const struct fv_tile *tile, struct rows *rows)
-{
-    const struct fv_raster *r = fv_tile_raster(f, tile);
-    int x0 = tile->x0 >> tile->density, y0 = tile->y0 >> tile->density;
-    if (tile->density == FV_COARSE) {
-        rows->first = 0;
-        for (int y = 0; y < HALF + 2; y++) take_row(f, r, x0 - 1, y0 + y - 1, HALF + 2, rows->pixel[y]);
-        return;
-    }
-    /* The coarsest, doubled: from two pixels before its first. */
-    _Alignas(64) uint32_t coarsest[HALF / 2 + 2][ROW] = {{0}};
-    rows->first = 1;
-    for (int y = 0; y < HALF / 2 + 2; y++) take_row(f, r, x0 - 2, y0 + y - 1, HALF / 2 + 4, coarsest[y]);
-    for (int y = 0; y < HALF + 2; y++) {
-        int near = (y + 1) / 2;
-        f->kernels->double_row(coarsest[near], coarsest[y & 1 ? near - 1 : near + 1], rows->pixel[y], HALF);
-    }
-}
-
 static void show_coarse(const struct fv_frame *f, const struct fv_tile *tile)
 {
-    struct rows rows;
+    struct fv_doubled doubled;
     _Alignas(64) uint32_t colour[FV_TILE];
-    take_rows(f, tile, &rows);
+    fv_doubled_take(f, tile, &doubled);
     for (int y = 0; y < FV_TILE; y++) {
-        const uint32_t *near = rows.pixel[1 + y / 2], *far = rows.pixel[y & 1 ? 2 + y / 2 : y / 2];
-        f->kernels->double_row(near + rows.first, far + rows.first, colour, HALF);
+        fv_doubled_row(f, &doubled, y, colour);
         show_row(f, tile, y, colour);
     }
 }
 
 static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
-    const uint32_t *colour = f->buffer[FV_COLOUR][tile->eye];
+    bool smoothed = f->state && f->state[tile->index].smoothed;
+    const uint32_t *colour = f->buffer[smoothed ? FV_SMOOTHED : FV_COLOUR][tile->eye];
     int64_t plane = f->raster[FV_FINE][tile->eye].plane;
     _Alignas(64) uint32_t whole[FV_TILE];
-    for (int y = 0; y < ROWS_AHEAD; y++) fetch_row(picture_row(f, tile, y));
+    for (int y = 0; y < ROWS_AHEAD; y++) fv_fetch(picture_row(f, tile, y), 4 * FV_TILE);
     if (tile->density != FV_FINE) show_coarse(f, tile);
     for (int y = 0; y < FV_TILE && tile->density == FV_FINE; y++) {
         const uint32_t *row = colour + (tile->y0 + y) * f->stride + tile->x0;
@@ -119,6 +74,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
 }
 
 const struct fv_pass fv_pass_present = {.name = "present",
-                                        .reads = FV_BIT(FV_COLOUR) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSEST_COLOUR),
+                                        .reads = FV_BIT(FV_COLOUR) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSEST_COLOUR) |
+                                                 FV_BIT(FV_SMOOTHED),
                                         .writes = FV_BIT(FV_PICTURE),
                                         .run = run};

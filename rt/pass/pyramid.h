@@ -16,6 +16,10 @@
  *            lowest level, in one of `refresh` frames; in between it is carried over.
  *   compose  pass 4 and 5: in tiles with masked blocks, the others from the middle level, interpolated; a Gaussian
  *            blur of pixels along the mask's edge where method.blur is on.
+ *   sharpen  beyond the paper: where four pixels of a lower level that lie around a point differ in colour by more than
+ *            method.contrast, what lies between their middles is traced at the highest level: outlines, checks, the
+ *            edges of shadows. The rest of such tiles is interpolated. Where only checks differ, no ray is needed: light
+ *            is interpolated, and each pixel has checks of its own; this is done from a quarter of that difference on.
  *
  * Without foveation (method.foveation = off; IPR) every block is masked.
  *
@@ -32,6 +36,8 @@
 #define FV_PASS_PYRAMID_H
 
 #include "rt/pass/pass.h"
+
+#include <string.h>
 
 /* Elements of FV_STARTS in a row. */
 static inline int64_t fv_starts_stride(const struct fv_frame *frame)
@@ -51,10 +57,52 @@ static inline float fv_reach_px(int side)
     return 0.70711f * (float)side;
 }
 
+/* Whether a cone of that radius at distance 1 stopped so long before the hit that it was hardly at the same surface,
+ * seen at a slant or told of by a bound that is far from the distance. */
+static inline bool fv_stopped_before(float start, float hit, float radius)
+{
+    const float gap = 16, share = 0.1f;
+    return start < hit * (1 - share) && hit - start > gap * radius * start;
+}
+
 /* The probability that an edge is masked. */
 float fv_edge_probability(float eccentricity_deg);
 
-/* A tile of a lower level, as the kernel takes it. */
+/* Rows of a lower level's tile and of the pixels around it, first to last: of each four that lie around a point, whether
+ * some channel differs by more than `step` of 1023, and by more than `faint`. n points a row, a bit each from bit 0 on;
+ * n at most 17 and as many rows of them. */
+enum { FV_CONTRAST_POINTS = FV_TILE / 2 + 1 };
+struct fv_contrast {
+    int n, step, faint;
+    _Alignas(64) uint32_t pixel[FV_CONTRAST_POINTS + 1][FV_TILE + FV_TILE / 2]; /* padded for the kernel */
+    uint32_t out[FV_CONTRAST_POINTS], faintly[FV_CONTRAST_POINTS];
+};
+
+/* A lower level's pixel that shows a field's checks: the part, and its inverse depth, which is near enough; 0: it shows
+ * something else, or is not known to have been traced in this frame. */
+enum { FV_SEEN_PART = 511 };
+static inline uint32_t fv_seen(int part, float inverse_depth)
+{
+    uint32_t bits;
+    memcpy(&bits, &inverse_depth, sizeof bits);
+    return ((bits + FV_SEEN_PART / 2) & ~(uint32_t)FV_SEEN_PART) | (uint32_t)(part + 1);
+}
+
+/* Pixels of the picture between pixels of a lower level. Where the four around one show the same part's checks, lie on
+ * a plane and are lit alike, its colour is theirs with its own checks in place of theirs. */
+struct fv_repaint {
+    const struct fv_scene *scene;
+    const struct fv_view *view;
+    int count;
+    const float *x, *y;          /* pixel coordinates; padded */
+    float x0, y0, size;          /* the lower level's: the first's middle, and how far apart they are */
+    const uint32_t *pixel, *seen; /* rows of them */
+    int stride;                  /* of both */
+    uint32_t *colour;            /* out; padded */
+    int32_t *painted;            /* out: mask; padded */
+};
+
+/* A tile of a level, as the kernel takes it. */
 struct fv_carry {
     struct fv_map map;               /* from the picture to the last one */
     const struct fv_raster *raster;
@@ -68,6 +116,20 @@ struct fv_carry {
     float together;                  /* inverse starts that differ by less may be interpolated, whatever they show */
     uint64_t failed;                 /* out: wanted blocks in which some pixel was not found */
 };
+
+/* Colours of the worker's samples, which were placed in the tile, from its blocks' starts; spp of each, whose rays share
+ * a cone of their own first where they are many. Returns rays. */
+int fv_pyramid_shade(struct fv_frame *frame, const struct fv_tile *tile, int spp);
+
+/* Whether the tile stays as it was at the highest level, but for what is masked. */
+static inline bool fv_pyramid_stays(const struct fv_frame *frame, const struct fv_tile *tile)
+{
+    const struct fv_tile_state *state = &frame->state[tile->index];
+    return state->waits && !frame->pyramid.carry && state->holds[0] & 1;
+}
+
+/* What a tile of a lower level shows, interpolated, into the highest level's blocks. */
+void fv_pyramid_fill(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);
 
 /* Blocks of the tile, in its raster, from the last frame; returns those that are to be traced. */
 uint64_t fv_pyramid_carry(struct fv_frame *frame, const struct fv_tile *tile, uint64_t blocks);

@@ -3,20 +3,33 @@
 
 #include <math.h>
 
-/* The blocks whose middle the last frame showed in a tile that the level was not held of. */
-static uint64_t held_coarser(const struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
+/* Whether the last frame showed a point of the picture, at inverse depth w, in a tile that the level was not held of. */
+static bool held_coarser(const struct fv_frame *f, const struct fv_tile *tile, float x, float y, float w)
 {
-    int size = FV_BLOCK << tile->density, first = tile->eye * f->tiles_x * f->tiles_y;
+    float to[3];
+    fv_map_point(&f->map[tile->eye], x, y, w, to);
+    float column = to[0] / to[2], row = to[1] / to[2];
+    if (!(to[2] > 0 && column >= 0 && column < (float)f->width && row >= 0 && row < (float)f->height)) return false;
+    int from = (tile->eye * f->tiles_y + (int)row / FV_TILE) * f->tiles_x + (int)column / FV_TILE;
+    return !(f->state[from].holds[1] >> tile->density & 1);
+}
+
+/* Of lower levels a tile knows its neighbours' colours, too, and a block's middle tells; of the highest, what lies
+ * beyond it may be of any frame: all that the block's pixels are interpolated from must be held. */
+static uint64_t blocks_held_coarser(const struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
+{
+    int size = FV_BLOCK << tile->density;
+    float reach = fv_map_still(&f->map[tile->eye], &f->view[tile->eye]) ? 1.5f : 2.4f;
     uint64_t coarser = 0;
     for (; blocks; blocks &= blocks - 1) {
         int block = __builtin_ctzll(blocks);
         int x = tile->x0 + block % FV_BLOCKS * size + size / 2, y = tile->y0 + block / FV_BLOCKS * size + size / 2;
-        float to[3], w = 1 / fv_start_at(f, tile->eye, x / FV_BLOCK, y / FV_BLOCK);
-        fv_map_point(&f->map[tile->eye], (float)x, (float)y, w, to);
-        float column = to[0] / to[2], row = to[1] / to[2];
-        if (!(to[2] > 0 && column >= 0 && column < (float)f->width && row >= 0 && row < (float)f->height)) continue;
-        int from = first + (int)row / FV_TILE * f->tiles_x + (int)column / FV_TILE;
-        if (!(f->state[from].holds[1] >> tile->density & 1)) coarser |= 1ull << block;
+        float w = 1 / fv_start_at(f, tile->eye, x / FV_BLOCK, y / FV_BLOCK);
+        bool is = false;
+        if (tile->density != FV_FINE) is = held_coarser(f, tile, (float)x, (float)y, w);
+        for (int k = 0; k < 4 && tile->density == FV_FINE; k++)
+            is |= held_coarser(f, tile, (float)x + (k & 1 ? reach : -reach), (float)y + (k & 2 ? reach : -reach), w);
+        coarser |= (uint64_t)is << block;
     }
     return coarser;
 }
@@ -25,12 +38,8 @@ static uint64_t held_coarser(const struct fv_frame *f, const struct fv_tile *til
  * to nothing was covered or uncovered. Infinite where the head only turned. */
 static float moved_together(const struct fv_frame *f, const struct fv_tile *tile)
 {
-    const struct fv_map *map = &f->map[tile->eye];
-    float to[3], middle = 0.5f * FV_TILE;
-    fv_map_point(map, (float)tile->x0 + middle, (float)tile->y0 + middle, 0, to);
-    if (!(to[2] > 0)) return 0;
-    float across = map->t[0] - map->t[2] * to[0] / to[2], along = map->t[1] - map->t[2] * to[1] / to[2];
-    float pixels = (hypotf(across, along) + FV_TILE * fabsf(map->t[2])) / to[2];
+    float middle = 0.5f * FV_TILE;
+    float pixels = fv_map_apart(&f->map[tile->eye], (float)tile->x0 + middle, (float)tile->y0 + middle, middle);
     return 0.25f * (float)(1 << tile->density) / pixels;
 }
 
@@ -47,8 +56,8 @@ uint64_t fv_pyramid_carry(struct fv_frame *f, const struct fv_tile *tile, uint64
         .starts = f->buffer[FV_STARTS][tile->eye],
         .last_starts = f->buffer[FV_HISTORY_STARTS][tile->eye],
         .stride = fv_starts_stride(f),
-        .columns = (f->width + FV_BLOCK - 1) / FV_BLOCK,
-        .rows = (f->height + FV_BLOCK - 1) / FV_BLOCK,
+        .columns = fv_blocks_along(f->width),
+        .rows = fv_blocks_along(f->height),
         .block_x = tile->x0 / FV_BLOCK,
         .block_y = tile->y0 / FV_BLOCK,
         .cone = 8 * f->view[tile->eye].pixel_size,
@@ -56,6 +65,6 @@ uint64_t fv_pyramid_carry(struct fv_frame *f, const struct fv_tile *tile, uint64
     };
     if (!blocks) return 0;
     f->kernels->carry[tile->density](&c);
-    if (tile->density != FV_COARSEST) c.failed |= held_coarser(f, tile, blocks & ~c.failed);
+    if (tile->density != FV_COARSEST) c.failed |= blocks_held_coarser(f, tile, blocks & ~c.failed);
     return c.failed;
 }

@@ -1,23 +1,24 @@
 /* compose: in tiles with masked blocks, what the middle level shows of the others; see pyramid.h. */
 #include "rt/pass/pyramid.h"
 
+#include "rt/pass/doubled.h"
+
 #include <string.h>
 
-enum { HALF = FV_TILE / 2 };
-
-/* Bilinear. */
-static void fill(struct fv_frame *f, const struct fv_tile *tile, uint64_t masked)
+void fv_pyramid_fill(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
 {
-    const struct fv_raster *middle = &f->raster[FV_COARSE][tile->eye], *fine = &f->raster[FV_FINE][tile->eye];
-    _Alignas(64) uint32_t row[HALF + 2][FV_TILE] = {{0}}, colour[FV_TILE];
-    for (int y = 0; y < HALF + 2; y++) fv_raster_row(middle, 0, tile->x0 / 2 - 1, tile->y0 / 2 + y - 1, HALF + 2, row[y]);
+    struct fv_tile fine = *tile;
+    struct fv_doubled doubled;
+    _Alignas(64) uint32_t colour[FV_TILE];
+    fine.density = FV_FINE;
+    fv_doubled_take(f, tile, &doubled);
     for (int y = 0; y < FV_TILE; y++) {
-        unsigned left = ~(unsigned)(masked >> (y / FV_BLOCK * FV_BLOCKS)) & 255;
-        uint32_t *to = fine->colour + fv_tile_row(f, tile, y);
-        if (!left) continue;
-        f->kernels->double_row(row[1 + y / 2], row[y & 1 ? 2 + y / 2 : y / 2], colour, HALF);
-        for (; left; left &= left - 1) {
-            int x = __builtin_ctz(left) * FV_BLOCK;
+        unsigned row = (unsigned)(blocks >> (y / FV_BLOCK * FV_BLOCKS)) & 255;
+        uint32_t *to = f->raster[FV_FINE][tile->eye].colour + fv_tile_row(f, &fine, y);
+        if (!row) continue;
+        fv_doubled_row(f, &doubled, y, colour);
+        for (; row; row &= row - 1) {
+            int x = __builtin_ctz(row) * FV_BLOCK;
             memcpy(to + x, colour + x, FV_BLOCK * sizeof *to);
         }
     }
@@ -57,8 +58,10 @@ static void blur(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks
 static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
     uint64_t masked = ((const uint64_t *)f->buffer[FV_MASKED][0])[tile->index];
-    if (tile->density != FV_FINE || masked == fv_tile_inside(f, tile)) return 0;
-    fill(f, tile, masked);
+    if (tile->density != FV_FINE || masked == fv_tile_inside(f, tile) || fv_pyramid_stays(f, tile)) return 0;
+    struct fv_tile middle = *tile;
+    middle.density = FV_COARSE;
+    fv_pyramid_fill(f, &middle, ~masked);
     if (f->pyramid.blur) blur(f, tile, edge_of(masked) & fv_tile_inside(f, tile));
     return 1;
 }

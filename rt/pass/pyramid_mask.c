@@ -12,7 +12,7 @@ float fv_edge_probability(float e)
  * has something on one side and nothing on the other is an edge. */
 static bool edge(const struct fv_frame *f, int eye, int x, int y)
 {
-    int columns = (f->width + FV_BLOCK - 1) / FV_BLOCK, rows = (f->height + FV_BLOCK - 1) / FV_BLOCK;
+    int columns = fv_blocks_along(f->width), rows = fv_blocks_along(f->height);
     float v[3][3], nearest = INFINITY, farthest = 0;
     for (int j = 0; j < 3; j++)
         for (int i = 0; i < 3; i++) {

@@ -7,21 +7,18 @@
 #include <math.h>
 #include <string.h>
 
-enum { BLOCK_PIXELS = FV_BLOCK * FV_BLOCK };
-
 /* The least start of a pixel's block and those around it. */
 static float least_of(const struct fv_frame *f, int eye, float px, float py)
 {
     int x = (int)px / FV_BLOCK, y = (int)py / FV_BLOCK;
-    int columns = (f->width + FV_BLOCK - 1) / FV_BLOCK, rows = (f->height + FV_BLOCK - 1) / FV_BLOCK;
+    int columns = fv_blocks_along(f->width), rows = fv_blocks_along(f->height);
     float least = INFINITY;
     for (int j = y > 0 ? y - 1 : 0; j <= y + 1 && j < rows; j++)
         for (int i = x > 0 ? x - 1 : 0; i <= x + 1 && i < columns; i++) least = fminf(least, fv_start_at(f, eye, i, j));
     return least;
 }
 
-/* The placed samples' colours. Where there are many a pixel, its rays share a cone of their own first. */
-static int shade(struct fv_frame *f, const struct fv_tile *tile, int spp)
+int fv_pyramid_shade(struct fv_frame *f, const struct fv_tile *tile, int spp)
 {
     struct fv_worker_scratch *w = &f->scratch[tile->worker];
     struct fv_samples *s = &w->samples;
@@ -31,14 +28,9 @@ static int shade(struct fv_frame *f, const struct fv_tile *tile, int spp)
         for (int i = 0; i < s->count; i++)
             s->start[i] = fv_start_at(f, tile->eye, (int)s->x[i] / FV_BLOCK, (int)s->y[i] / FV_BLOCK);
     s->started = true;
-    if (spp >= 4 && !f->pyramid.minimum)
-        f->kernels->starts(f->tracer, &f->view[tile->eye], s, fv_reach_px(1 << tile->density), w->rays);
-    if (spp > 1) {
-        fv_samples_trace_mean(f, tile, spp);
-    } else {
-        fv_samples_trace(f, tile, 1);
-        fv_samples_encode(f, tile);
-    }
+    bool cones = spp >= 4 && !f->pyramid.minimum;
+    if (cones) f->kernels->starts(f->tracer, &f->view[tile->eye], s, fv_reach_px(1 << tile->density), w->rays);
+    fv_samples_trace_mean(f, tile, spp, cones && f->pyramid.ssaa_contrast > 0 && f->tracer->data->triangles == 0);
     s->started = false;
     return s->count * spp;
 }
@@ -49,14 +41,6 @@ struct passed {
     float x[FV_SAMPLES_MAX], y[FV_SAMPLES_MAX], start[FV_SAMPLES_MAX], hit[FV_SAMPLES_MAX];
     int at[FV_SAMPLES_MAX]; /* of the samples */
 };
-
-/* Whether a cone of that radius at distance 1 stopped so long before the hit that it was hardly at the same surface,
- * seen at a slant or told of by a bound that is far from the distance. */
-static bool stopped_before(float start, float hit, float radius)
-{
-    const float gap = 16, share = 0.1f;
-    return start < hit * (1 - share) && hit - start > gap * radius * start;
-}
 
 static void put_samples(struct fv_samples *s, const struct passed *p)
 {
@@ -92,7 +76,7 @@ static void find_passed(struct fv_frame *f, const struct fv_tile *tile, struct p
     take_nearest(s, tile, nearest);
     for (int i = 0; i < s->count; i++) {
         float hit = nearest[i] > 0 ? 1 / nearest[i] : INFINITY;
-        if (!stopped_before(s->start[i], hit, fv_reach_px(FV_BLOCK) * size)) continue;
+        if (!fv_stopped_before(s->start[i], hit, fv_reach_px(FV_BLOCK) * size)) continue;
         p->x[n] = s->x[i], p->y[n] = s->y[i], p->start[n] = s->start[i], p->hit[n] = hit;
         p->at[n++] = i;
     }
@@ -102,25 +86,59 @@ static void find_passed(struct fv_frame *f, const struct fv_tile *tile, struct p
     f->kernels->starts(f->tracer, &f->view[tile->eye], s, reach, w->rays);
     p->count = 0;
     for (int i = 0; i < n; i++) {
-        if (!stopped_before(s->start[i], p->hit[i], reach * size)) continue;
+        if (!fv_stopped_before(s->start[i], p->hit[i], reach * size)) continue;
         int k = p->count++;
         p->x[k] = p->x[i], p->y[k] = p->y[i], p->start[k] = s->start[i], p->at[k] = p->at[i];
     }
 }
 
 /* These again, of several samples each, so that what is thin shows by its share; returns rays. */
-static int trace_passed(struct fv_frame *f, const struct fv_tile *tile, uint32_t *pixel)
+static int trace_passed(struct fv_frame *f, const struct fv_tile *tile, uint32_t *pixel, uint32_t *seen)
 {
     struct passed p;
     struct fv_worker_scratch *w = &f->scratch[tile->worker];
     find_passed(f, tile, &p);
     if (p.count > 0) {
         put_samples(&w->samples, &p);
-        fv_samples_trace_mean(f, tile, f->pyramid.spp_passed);
-        for (int i = 0; i < p.count; i++) pixel[p.at[i]] = w->pixel[FV_PLANE_BASE][i];
+        fv_samples_trace_mean(f, tile, f->pyramid.spp_passed, false);
+        for (int i = 0; i < p.count; i++) pixel[p.at[i]] = w->pixel[FV_PLANE_BASE][i], seen[p.at[i]] = 0;
     }
     w->samples.started = false;
     return p.count * f->pyramid.spp_passed;
+}
+
+static uint32_t *seen_of(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    static const enum fv_buffer of[FV_DENSITIES] = {[FV_COARSE] = FV_COARSE_SEEN, [FV_COARSEST] = FV_COARSEST_SEEN};
+    return tile->density == FV_FINE ? NULL : f->buffer[of[tile->density]][tile->eye];
+}
+
+/* What is carried over has moved, and with it where its pixels lie on what they show. */
+static bool moved(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    return f->pyramid.carry && !fv_map_still(&f->map[tile->eye], &f->view[tile->eye]);
+}
+
+/* That the tile's pixels show checks, at either level. */
+static void forget_seen(const struct fv_frame *f, const struct fv_tile *at)
+{
+    struct fv_tile tile = *at;
+    for (tile.density = FV_COARSE; tile.density < FV_DENSITIES; tile.density++) {
+        uint32_t *seen = seen_of(f, &tile);
+        for (int y = 0; seen && y < fv_tile_side(&tile); y++)
+            memset(seen + fv_tile_row(f, &tile, y), 0, (size_t)fv_tile_side(&tile) * sizeof *seen);
+    }
+}
+
+/* Of the samples just traced, what checks they show. */
+static void take_seen(const struct fv_frame *f, const struct fv_samples *s, uint32_t *seen)
+{
+    const struct fv_field_part *part = f->tracer->data->fields.part;
+    for (int i = 0; i < s->count; i++) {
+        int id = s->part[i];
+        bool checks = id >= 0 && id < FV_SEEN_PART && part[id].checker_size > 0 && s->inverse_depth[i] > 0;
+        seen[i] = checks ? fv_seen(id, s->inverse_depth[i]) : 0;
+    }
 }
 
 /* Blocks of the tile's raster: traced, and put there. `passed`: what rays passed by is looked for. */
@@ -128,15 +146,18 @@ static int trace_blocks(struct fv_frame *f, const struct fv_tile *tile, uint64_t
 {
     if (!blocks) return 0;
     fv_tile_place(f, tile, blocks);
-    int rays = shade(f, tile, spp), n = f->scratch[tile->worker].samples.count;
-    uint32_t copy[FV_SAMPLES_MAX], *colour = fv_tile_raster(f, tile)->colour;
-    const uint32_t *pixel = copy;
+    int rays = fv_pyramid_shade(f, tile, spp), n = f->scratch[tile->worker].samples.count;
+    uint32_t copy[FV_SAMPLES_MAX], seen[FV_SAMPLES_MAX], *colour = fv_tile_raster(f, tile)->colour;
+    uint32_t *seen_to = seen_of(f, tile);
+    const uint32_t *pixel = copy, *seen_from = seen;
+    if (seen_to) take_seen(f, &f->scratch[tile->worker].samples, seen);
     memcpy(copy, f->scratch[tile->worker].pixel[FV_PLANE_BASE], (size_t)n * sizeof *copy);
-    if (passed && !f->pyramid.minimum && f->pyramid.spp_passed > spp) rays += trace_passed(f, tile, copy);
+    if (passed && !f->pyramid.minimum && f->pyramid.spp_passed > spp) rays += trace_passed(f, tile, copy, seen);
     for (; blocks; blocks &= blocks - 1)
-        for (int y = 0; y < FV_BLOCK; y++, pixel += FV_BLOCK) {
-            uint32_t *row = colour + fv_block_row(f, tile, __builtin_ctzll(blocks), y);
-            for (int x = 0; x < FV_BLOCK; x++) row[x] = pixel[x] | FV_PIXEL_SAMPLED;
+        for (int y = 0; y < FV_BLOCK; y++, pixel += FV_BLOCK, seen_from += FV_BLOCK) {
+            int64_t at = fv_block_row(f, tile, __builtin_ctzll(blocks), y);
+            for (int x = 0; x < FV_BLOCK; x++) colour[at + x] = pixel[x] | FV_PIXEL_SAMPLED;
+            if (seen_to) memcpy(seen_to + at, seen_from, FV_BLOCK * sizeof *seen);
         }
     return rays;
 }
@@ -199,8 +220,11 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     bool fine = tile->density == FV_FINE;
     if (fine) lower.density = FV_COARSE;
     uint64_t blocks = fv_tile_inside(f, &lower);
+    bool again = due(f, tile, lower.density);
+    f->state[tile->index].waits = !again;
+    if (again || moved(f, tile)) forget_seen(f, tile);
     if (fine) blocks &= middle_blocks(masked | ~fv_tile_inside(f, tile));
-    if (!due(f, tile, lower.density)) blocks = carry_over(f, &lower, blocks);
+    if (!again) blocks = carry_over(f, &lower, blocks);
     int rays = fine ? trace_blocks(f, tile, masked, f->parameters.spp, false) : 0;
     rays += trace_blocks(f, &lower, blocks, f->parameters.spp_middle, true);
     if (fine && (f->pyramid.foveated || f->pyramid.cut)) halve_masked(f, tile, masked);
@@ -208,7 +232,8 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
         fv_merge_double(f, tile);
         fv_merge_halve(f, tile, lower.density);
     }
-    f->state[tile->index].holds[0] = (uint8_t)(FV_HELD_ALL << lower.density);
+    uint8_t *holds = &f->state[tile->index].holds[0], refined = again || f->pyramid.carry ? 0 : *holds & 1;
+    *holds = (uint8_t)(FV_HELD_ALL << lower.density | refined);
     return rays;
 }
 
@@ -222,6 +247,8 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
     ((uint64_t *)f->buffer[FV_MASKED][0])[tile->index] = 0;
     lower.density = held(f, tile, FV_COARSE) ? FV_COARSE : FV_COARSEST;
     bool there = held(f, tile, lower.density);
+    state->waits = there;
+    if (!there || moved(f, tile)) forget_seen(f, tile);
     if (!there) trace_blocks(f, &lower, fv_tile_inside(f, &lower), 1, false);
     else if (f->pyramid.carry) fv_pyramid_carry(f, &lower, fv_tile_inside(f, &lower));
     if (!there || f->pyramid.carry) {
@@ -251,7 +278,7 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
 
 const struct fv_pass fv_pass_trace = {.name = "trace",
                                       .reads = FV_BIT(FV_STARTS) | FV_BIT(FV_MASKED) | FV_CARRIED,
-                                      .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSEST_COLOUR),
+                                      .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSEST_COLOUR) | FV_SEEN,
                                       .needs = FV_NEEDS_GAZE,
                                       .order = FV_ORDER_NEED,
                                       .run = run,

@@ -111,10 +111,8 @@ static inline void prefetch_below(const struct source *s, vi index)
 /* The raster's own row from there on, before it is written. */
 static inline void prefetch_out(const struct fv_reproject_tile *t, int64_t row)
 {
-    for (int x = 0; x < t->side; x += 16) {
-        __builtin_prefetch(t->raster->colour + row + x, 1, 2);
-        __builtin_prefetch(t->raster->cache + row + x, 1, 2);
-    }
+    fv_fetch(t->raster->colour + row, t->side * (int)sizeof *t->raster->colour);
+    fv_fetch(t->raster->cache + row, t->side * (int)sizeof *t->raster->cache);
 }
 
 /* Further guesses of the lanes that are at an edge or where the first one failed. */

@@ -2,6 +2,7 @@
  * (as in Weier et al. 2016, section 3.4) it is replaced in the fovea and in resampled blocks. */
 #include "rt/pass/merge.h"
 #include "rt/pass/reproject.h"
+#include "rt/pass/selective.h"
 
 /* Blocks that touch r0. */
 static uint64_t foveal(const struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
@@ -18,15 +19,12 @@ static uint64_t foveal(const struct fv_frame *f, const struct fv_tile *tile, uin
  * translation is not at hand is dropped. */
 static void fetch_rows(const struct fv_raster *r, int64_t first, int side, uint32_t rows)
 {
-    enum { LINE = 64 / sizeof(uint32_t) };
     (void)*(const volatile uint32_t *)(r->colour + first);
     (void)*(const volatile uint32_t *)(r->cache + first);
     for (; rows; rows &= rows - 1) {
         int64_t row = first + __builtin_ctz(rows) * r->stride;
-        for (int x = 0; x < side; x += LINE) {
-            __builtin_prefetch(r->cache + row + x, 1, 2);
-            __builtin_prefetch(r->colour + row + x, 1, 2);
-        }
+        fv_fetch(r->cache + row, side * (int)sizeof *r->cache);
+        fv_fetch(r->colour + row, side * (int)sizeof *r->colour);
     }
 }
 
@@ -46,8 +44,10 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     uint64_t blocks = ((uint64_t *)f->buffer[FV_SELECTED][0])[tile->index], replaced = 0;
     if (!blocks) return 0;
     fetch(f, tile, blocks);
+    fv_attributes_ask(f, tile);
     fv_tile_trace(f, tile, blocks);
-    if (fv_light_apart(f)) fv_samples_encode(f, tile);
+    if (fv_light_apart(f) || s->samples.identified) fv_samples_encode(f, tile);
+    fv_attributes_keep(f, tile, blocks);
     if (!f->state[tile->index].reprojected) replaced = blocks;
     else if (!f->keep)
         replaced = foveal(f, tile, blocks) | ((uint64_t *)f->buffer[FV_RESAMPLED][0])[tile->index];
@@ -61,6 +61,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
 static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 {
     if (!f->state[tile->index].reprojected) fv_reproject(f, tile);
+    fv_attributes_forget(f, tile);
     fv_merge_coarse(f, tile);
 }
 
@@ -90,6 +91,7 @@ const struct fv_pass fv_pass_sample = {
     .reads = FV_RASTERS << FV_HISTORY_COLOUR | FV_RASTERS << FV_COLOUR | FV_BIT(FV_SUPPORT_COLOUR) |
              FV_BIT(FV_SUPPORT_DEPTH) | FV_BIT(FV_SUPPORT_SURFACE) | FV_BIT(FV_SELECTED) | FV_BIT(FV_RESAMPLED),
     .writes = FV_RASTERS << FV_COLOUR,
+    .offers = FV_BIT(FV_BASE) | FV_BIT(FV_IDENTITY) | FV_BIT(FV_FACING) | FV_BIT(FV_SECOND_IDENTITY) | FV_BIT(FV_SECOND_FACING),
     .needs = FV_NEEDS_GAZE,
     .order = FV_ORDER_NEED,
     .whole = FV_TILE * FV_TILE,

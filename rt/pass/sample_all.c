@@ -8,13 +8,8 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     struct fv_worker_scratch *s = &f->scratch[tile->worker];
     uint32_t *colour = f->buffer[FV_COLOUR][tile->eye];
     uint64_t blocks = fv_tile_inside(f, tile);
-    if (f->parameters.spp > 1) {
-        fv_tile_place(f, tile, blocks);
-        fv_samples_trace_mean(f, tile, f->parameters.spp);
-    } else {
-        fv_tile_trace(f, tile, blocks);
-        fv_samples_encode(f, tile);
-    }
+    fv_tile_place(f, tile, blocks);
+    fv_samples_trace_mean(f, tile, f->parameters.spp, false);
     const uint32_t *pixel = s->pixel[FV_PLANE_BASE];
     int traced = s->samples.count * f->parameters.spp;
     for (; blocks; blocks &= blocks - 1, pixel += FV_BLOCK * FV_BLOCK) {

@@ -34,6 +34,8 @@ struct fv_build {
     int lights;
     bool too_many;
     bool bare; /* may hold no triangles */
+    bool counting;
+    size_t kept[2]; /* vertices and triangles before counting began */
     struct fv_moving moving[FV_MOVING_MAX];
     int objects, object;                /* object: whose the next vertices and triangles are */
     bool placed[FV_MOVING_MAX + 1];     /* a part of it was there */
@@ -41,15 +43,18 @@ struct fv_build {
 
 enum { NOT_KEPT = (1 << 26) - 1, SLOTS = 2 * (FV_MOVING_MAX + 1) };
 
+static void set_capacity(struct array *a, size_t capacity, size_t size)
+{
+    if (capacity <= a->capacity) return;
+    void *grown = realloc(a->data, capacity * size);
+    if (!grown) fv_die(2, "memory: the scene does not fit: %zu bytes asked for", capacity * size);
+    a->data = grown;
+    a->capacity = capacity;
+}
+
 static void *push(struct array *a, size_t size)
 {
-    if (a->count == a->capacity) {
-        size_t capacity = a->capacity ? a->capacity + a->capacity / 2 : 64;
-        void *grown = realloc(a->data, capacity * size);
-        if (!grown) fv_die(2, "memory: the scene does not fit: %zu bytes asked for", capacity * size);
-        a->data = grown;
-        a->capacity = capacity;
-    }
+    if (a->count == a->capacity) set_capacity(a, a->capacity ? a->capacity + a->capacity / 2 : 64, size);
     return (char *)a->data + size * a->count++;
 }
 
@@ -80,6 +85,7 @@ uint32_t fv_build_vertex(struct fv_build *b, const struct fv_vertex *vertex)
         b->too_many = true;
         return 0;
     }
+    if (b->counting) return (uint32_t)b->vertices.count++;
     struct fv_vertex *v = push(&b->vertices, sizeof *v);
     *v = *vertex;
     for (int i = 0; i < 3 && b->object > 0; i++)
@@ -97,12 +103,31 @@ uint32_t fv_build_vertices(const struct fv_build *b)
     return (uint32_t)b->vertices.count;
 }
 
+void fv_build_rehearse(struct fv_build *b, bool counting)
+{
+    assert(counting != b->counting);
+    b->counting = counting;
+    if (counting) {
+        b->kept[0] = b->vertices.count;
+        b->kept[1] = b->triangles.count;
+        return;
+    }
+    set_capacity(&b->vertices, b->vertices.count, sizeof(struct fv_vertex));
+    set_capacity(&b->triangles, b->triangles.count, sizeof(struct corners));
+    b->vertices.count = b->kept[0];
+    b->triangles.count = b->kept[1];
+}
+
 void fv_build_triangle(struct fv_build *b, uint32_t v0, uint32_t v1, uint32_t v2, int material)
 {
     assert(v0 < b->vertices.count && v1 < b->vertices.count && v2 < b->vertices.count);
     assert(material >= 0 && (size_t)material < b->materials.count);
     if (b->triangles.count == FV_ELEMENTS_MAX) b->too_many = true;
     if (b->too_many) return;
+    if (b->counting) {
+        b->triangles.count++;
+        return;
+    }
     struct corners *t = push(&b->triangles, sizeof *t);
     *t = (struct corners){{v0, v1, v2}, (uint32_t)material, (uint32_t)b->object & 63};
 }

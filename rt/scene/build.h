@@ -50,6 +50,9 @@ int fv_build_light(struct fv_build *build, const struct fv_light *light, struct 
 /* The scene may hold no triangles: it has fields. */
 void fv_build_bare(struct fv_build *build);
 uint32_t fv_build_vertices(const struct fv_build *build);
+/* true: from here on vertices and triangles are only counted. false: room for exactly so many more is taken, and
+ * the reader gives them all once more, this time to be kept. Spares large scenes what growing arrays leave over. */
+void fv_build_rehearse(struct fv_build *build, bool counting);
 
 /* What moves: fv_build_finish gives it to the scene. At most FV_MOVING_MAX. */
 void fv_build_moving(struct fv_build *build, const struct fv_moving *moving, int count);
@@ -73,8 +76,9 @@ int fv_build_finish(struct fv_build *build, struct fv_scene *scene, struct fv_er
 /* The readers. `scale` turns the file's units into metres. */
 int fv_gltf_read(struct fv_build *build, const char *path, double scale, struct fv_error *error);
 int fv_obj_read(struct fv_build *build, const char *path, double scale, struct fv_error *error);
-/* name: "atrium" or "cornell"; -1 where it is another. */
-int fv_builtin_read(struct fv_build *build, const char *name, struct fv_error *error);
+/* name: "atrium", "cornell" or "pipes"; -1 where it is another. detail: more than 0; factor on the number of
+ * pipes, which the other scenes have none of. */
+int fv_builtin_read(struct fv_build *build, const char *name, double detail, struct fv_error *error);
 
 /* image.c: decodes PNG or JPEG bytes to 8-bit pixels (malloc'ed, the caller frees). `where` names
  * it in messages. Sizes over 8192 are refused before they are decoded. */

@@ -1,21 +1,13 @@
 /* builtin_plants: trees in pots, ivy on columns and over the gallery's edge; see builtin_atrium.h. */
 #include "rt/scene/builtin_atrium.h"
 
-#include <math.h>
+#include "rt/scene/builtin_random.h"
 
-/* A stream of numbers of its own for every plant: xorshift (Marsaglia 2003). One draw a statement: which
- * argument of a call comes first is the compiler's choice, and the scene must not be. */
-static float random_between(uint32_t *state, float low, float high)
-{
-    *state ^= *state << 13;
-    *state ^= *state >> 17;
-    *state ^= *state << 5;
-    return low + (high - low) * (float)(*state >> 8) * 0x1p-24f;
-}
+#include <math.h>
 
 static vec3s random_direction(uint32_t *state)
 {
-    float y = random_between(state, -1, 1), angle = random_between(state, 0, 2 * GLM_PIf);
+    float y = fv_random_between(state, -1, 1), angle = fv_random_between(state, 0, 2 * GLM_PIf);
     float r = sqrtf(fmaxf(1 - y * y, 0));
     return fv_vec(r * cosf(angle), y, r * sinf(angle));
 }
@@ -53,19 +45,19 @@ static void branch(struct tree *tree, vec3s foot, vec3s direction, float length,
     fv_shape_tube(tree->bark, middle, tip, radius * 0.85f, radius * 0.62f, sides);
     int twigs = level < 2 ? 0 : level == LEVELS - 1 ? 13 : 6;
     for (int i = 0; i < twigs; i++) {
-        float t = random_between(&tree->random, 0.2f, 1);
+        float t = fv_random_between(&tree->random, 0.2f, 1);
         vec3s root = glms_vec3_lerp(foot, tip, t);
         vec3s out = glms_vec3_normalize(glms_vec3_sub(root, tree->crown));
         vec3s up = toward(toward(bent, out, 0.5f), random_direction(&tree->random), 0.9f);
         vec3s face = toward(toward(out, fv_vec(0, 1, 0), 0.8f), random_direction(&tree->random), 0.5f);
-        sprig(tree->leaves, root, up, face, random_between(&tree->random, 0.26f, 0.42f));
+        sprig(tree->leaves, root, up, face, fv_random_between(&tree->random, 0.26f, 0.42f));
     }
     if (level + 1 == LEVELS) return;
     for (int i = 0; i < 3; i++) {
-        float angle = 2 * GLM_PIf * ((float)i + random_between(&tree->random, 0, 0.6f)) / 3;
-        vec3s side = fv_vec(cosf(angle), random_between(&tree->random, -0.1f, 0.25f), sinf(angle));
+        float angle = 2 * GLM_PIf * ((float)i + fv_random_between(&tree->random, 0, 0.6f)) / 3;
+        vec3s side = fv_vec(cosf(angle), fv_random_between(&tree->random, -0.1f, 0.25f), sinf(angle));
         vec3s away = toward(bent, side, level == 0 ? 0.75f : 0.95f);
-        branch(tree, tip, away, length * random_between(&tree->random, 0.55f, 0.72f), radius * 0.58f,
+        branch(tree, tip, away, length * fv_random_between(&tree->random, 0.55f, 0.72f), radius * 0.58f,
                level + 1);
     }
 }
@@ -92,20 +84,20 @@ static void climber(const struct fv_brush *leaves, const struct fv_brush *bark, 
 {
     enum { TWIGS = 150 };
     vec3s before = fv_vec(0, 0, 0);
-    float phase = random_between(&seed, 0, 6);
+    float phase = fv_random_between(&seed, 0, 6);
     for (int i = 0; i < TWIGS; i++) {
         float t = (float)i / (TWIGS - 1), y = 0.1f + (height - 0.5f) * t;
         float angle = phase + 7 * t + 0.5f * sinf(9 * t);
         vec3s stem = fv_vec(0.235f * cosf(angle), y, 0.235f * sinf(angle));
         if (i > 0) fv_shape_tube(bark, before, stem, 0.012f, 0.012f, 5);
         before = stem;
-        float around = angle + random_between(&seed, -0.9f, 0.9f) * (1 - 0.5f * t);
+        float around = angle + fv_random_between(&seed, -0.9f, 0.9f) * (1 - 0.5f * t);
         vec3s out = fv_vec(cosf(around), 0, sinf(around));
         vec3s root = glms_vec3_add(glms_vec3_scale(out, 0.235f), fv_vec(0, y, 0));
-        float rise = random_between(&seed, -0.6f, 1);
+        float rise = fv_random_between(&seed, -0.6f, 1);
         vec3s up = toward(toward(fv_vec(0, rise, 0), random_direction(&seed), 0.7f), out, 0.45f);
         vec3s face = toward(out, random_direction(&seed), 0.45f);
-        sprig(leaves, root, up, face, random_between(&seed, 0.15f, 0.26f));
+        sprig(leaves, root, up, face, fv_random_between(&seed, 0.15f, 0.26f));
     }
 }
 
@@ -115,16 +107,16 @@ static void fall(const struct fv_brush *leaves, float width, uint32_t seed)
     enum { STRANDS = 14 };
     vec3s out = fv_vec(0, 0, 1);
     for (int i = 0; i < STRANDS; i++) {
-        float x = width * (((float)i + random_between(&seed, 0, 1)) / STRANDS - 0.5f);
+        float x = width * (((float)i + fv_random_between(&seed, 0, 1)) / STRANDS - 0.5f);
         float edge = fminf(1, 4 * (0.5f - fabsf(x / width)));
-        int twigs = 3 + (int)(edge * random_between(&seed, 2, 8));
+        int twigs = 3 + (int)(edge * fv_random_between(&seed, 2, 8));
         for (int k = 0; k < twigs; k++) {
-            vec3s root = fv_vec(x + random_between(&seed, -0.05f, 0.05f), -0.13f * (float)k + 0.12f,
+            vec3s root = fv_vec(x + fv_random_between(&seed, -0.05f, 0.05f), -0.13f * (float)k + 0.12f,
                                 0.20f - 0.012f * (float)k);
-            float aside = random_between(&seed, -0.8f, 0.8f);
+            float aside = fv_random_between(&seed, -0.8f, 0.8f);
             vec3s up = toward(fv_vec(aside, -1, 0.35f), random_direction(&seed), 0.3f);
             vec3s face = toward(out, random_direction(&seed), 0.5f);
-            sprig(leaves, root, up, face, random_between(&seed, 0.18f, 0.28f));
+            sprig(leaves, root, up, face, fv_random_between(&seed, 0.18f, 0.28f));
         }
     }
 }

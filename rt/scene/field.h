@@ -14,6 +14,7 @@
 #include "platform/error.h"
 
 #include <assert.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -77,6 +78,7 @@ struct fv_field_part {
     float checker[3];
     float lipschitz;      /* that its field was divided by, the greatest on any branch */
     float low[3], high[3]; /* box around it, infinite where it is unbounded */
+    bool convex;           /* solid and field: what leaves its surface never comes back to it */
 };
 
 /* Read-only once loaded, in the arena. */

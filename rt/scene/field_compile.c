@@ -329,6 +329,17 @@ static int compile(struct compiler *c, int node, const struct fv_space *space, i
     }
 }
 
+/* Of convex fields, placed anywhere, the greatest is convex. */
+static bool convex(const struct fv_field_code *code, int count)
+{
+    static const bool is[FV_FIELD_OPS] = {
+        [FV_FIELD_SPHERE] = true, [FV_FIELD_BOX] = true,  [FV_FIELD_CYLINDER] = true, [FV_FIELD_PLANE] = true,
+        [FV_FIELD_CAPSULE] = true, [FV_FIELD_CONE] = true, [FV_FIELD_RIGID] = true,   [FV_FIELD_INTERSECT] = true};
+    for (int i = 0; i < count; i++)
+        if (!is[code[i].op]) return false;
+    return true;
+}
+
 static int add_part(struct compiler *c, int node, const struct fv_space *space, const struct fv_field_part *like)
 {
     struct fv_bound bound;
@@ -341,6 +352,7 @@ static int add_part(struct compiler *c, int node, const struct fv_space *space, 
     if (compile(c, node, space, 0, &bound)) return -1;
     p->count = c->codes - p->first;
     p->lipschitz = (float)bound.lipschitz;
+    p->convex = convex(c->code + p->first, p->count);
     float *ball = c->ball[c->parts++];
     for (int i = 0; i < 3; i++) {
         double outward = 1e-6 * (fabs(bound.low[i]) + fabs(bound.high[i]));

@@ -185,7 +185,7 @@ static int read_file(struct fv_build *build, const struct fv_config *c, const ch
 {
     if (!path[0]) return 0;
     if (strncmp(path, builtin, sizeof builtin - 1) == 0)
-        return fv_builtin_read(build, path + sizeof builtin - 1, error);
+        return fv_builtin_read(build, path + sizeof builtin - 1, c->scene_detail, error);
     reader_function *read = reader_of(path);
     if (!read) return fv_config_error(error, "scene.file", "%.120s: must end in .gltf, .glb or .obj", path);
     fv_log_progress("reading %s", path);

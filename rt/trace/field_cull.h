@@ -8,11 +8,12 @@
 #include "rt/trace/tracer.h"
 
 /* Rays origin + t * direction, t from `from` to `far`, in lanes of `mask`. What lies within `base` + t * `wide` (m) of
- * them is met: of rays what counts as a hit, of cones their radius with it. Never negative up to far. */
+ * them is met: of rays what counts as a hit, of cones their radius with it. Never negative up to far. `own`: a part that the lane
+ * does not meet, -1: none. */
 struct field_rays {
     vf3 origin, direction;
     vf from, far, base, wide, length; /* length: of the direction, not 0 */
-    vi mask;
+    vi mask, own;
 };
 
 /* A part that a packet may meet: t in [near, far] of each ray (near is infinite where it does not), [enter, exit] of
@@ -129,7 +130,7 @@ static inline void field_keep(const struct field_rays *r, const struct field_sla
     field_slab(p->low[2] - s->low_start.z, p->high[2] - s->high_start.z, s->low_rate.z, s->high_rate.z, &near, &far);
     near *= 1.0f - 1e-5f;
     far *= 1.0f + 1e-5f;
-    vi meets = r->mask & (near <= far);
+    vi meets = r->mask & (near <= far) & (r->own != part);
     if (!vi_any(meets)) return;
     near = vf_select(meets, near, inf);
     far = vf_select(meets, far, -inf);
@@ -139,47 +140,44 @@ static inline void field_keep(const struct field_rays *r, const struct field_sla
     kept->at[i] = met;
 }
 
-static inline void field_cull(const struct fv_tracer *tracer, const struct field_rays *r, struct field_kept *kept)
+static inline void field_cull(const struct fv_fields *f, const struct field_rays *r, const struct field_slabs *slabs,
+                              struct field_kept *kept)
 {
-    const struct fv_fields *f = &tracer->data->fields;
-    struct field_slabs slabs = field_slabs_of(r);
     struct field_cone cone = field_cone_of(r);
     for (int first = 0; first < f->parts; first += FV_WIDTH) {
         unsigned all = f->parts - first < FV_WIDTH ? (1u << (f->parts - first)) - 1 : ~0u >> (32 - FV_WIDTH);
         unsigned bits = cone.any ? field_meets(f, first, &cone) & all : all;
         for (; bits; bits &= bits - 1) {
             int part = first + __builtin_ctz(bits);
-            field_keep(r, &slabs, &f->part[part], part, kept);
+            field_keep(r, slabs, &f->part[part], part, kept);
         }
     }
 }
 
 /* With method.culling off: all parts, everywhere. */
-static inline void field_find(const struct fv_tracer *tracer, const struct field_rays *r, struct field_kept *kept)
+static inline void field_keep_all(const struct fv_fields *f, const struct field_rays *r, struct field_kept *kept)
 {
-    if (tracer->culling) {
-        kept->count = 0;
-        if (vi_any(r->mask)) field_cull(tracer, r, kept);
-        return;
-    }
     float inf = __builtin_inff();
-    kept->count = tracer->data->fields.parts;
-    for (int i = 0; i < kept->count; i++) kept->at[i] = (struct field_met){vf_of(-inf), vf_of(inf), i, -inf, inf};
+    kept->count = f->parts;
+    for (int i = 0; i < kept->count; i++) {
+        vf near = vf_select(r->own == i, vf_of(inf), vf_of(-inf));
+        kept->at[i] = (struct field_met){near, -near, i, -inf, inf};
+    }
 }
 
-/* The same of parts that are known to be all there is. */
-static inline void field_find_of(const struct fv_tracer *tracer, const struct field_rays *r, const struct field_few *few,
-                                 struct field_kept *kept)
+/* What the rays may meet. `few`: all of it that is in question; NULL: any part. */
+static inline void field_find(const struct fv_tracer *tracer, const struct field_rays *r, const struct field_few *few,
+                              struct field_kept *kept)
 {
-    if (!tracer->culling) {
-        field_find(tracer, r, kept);
-        return;
-    }
+    const struct fv_fields *f = &tracer->data->fields;
     kept->count = 0;
-    if (!vi_any(r->mask)) return;
-    struct field_slabs slabs = field_slabs_of(r);
-    for (int i = 0; i < few->count; i++)
-        field_keep(r, &slabs, &tracer->data->fields.part[few->part[i]], few->part[i], kept);
+    if (!tracer->culling) field_keep_all(f, r, kept);
+    else if (vi_any(r->mask)) {
+        struct field_slabs slabs = field_slabs_of(r);
+        if (!few) field_cull(f, r, &slabs, kept);
+        else
+            for (int i = 0; i < few->count; i++) field_keep(r, &slabs, &f->part[few->part[i]], few->part[i], kept);
+    }
 }
 
 #endif

@@ -52,10 +52,8 @@ static inline void field_march_in(const struct fv_tracer *tracer, const struct f
     int left = tracer->march_steps;
     field_begin(&w, r, kept);
     if (one) w.t = w.sure = vf_max(w.t, kept->at[0].near);
-    for (; left > 0; left--) {
+    for (; (one ? field_within(&w, far) : field_reach(&w)) && left > 0; left--) {
         vi part = vi_of(kept->at[0].part), back = vi_of(0);
-        if (one) w.live &= w.sure <= far;
-        if (one ? !vi_any(w.live) : !field_reach(&w)) break;
         steps += __builtin_popcount(vi_bits(w.live));
         vf next = vf_of(__builtin_inff()), d;
         if (one) d = field_part(f->code + only->first, only->count, vf3_add(r->origin, vf3_scale(r->direction, w.t)));

@@ -19,9 +19,10 @@ struct field_shade {
     struct field_met at[FV_SHADE_MET_MAX];
 };
 
-/* A ball around a packet's hits and where their shadow rays begin; radius infinite: it has none. */
-struct field_ball {
-    float centre[3], radius;
+/* Around each packet's hits and where their shadow rays begin; radius infinite: it has none. */
+struct field_balls {
+    _Alignas(64) float x[FV_WIDTH], y[FV_WIDTH], z[FV_WIDTH], radius[FV_WIDTH];
+    _Alignas(64) int32_t own[FV_WIDTH]; /* of all its hits, -1: they differ */
 };
 
 /* The middle of the lanes' range along each axis; and how far from there they lie at most. */
@@ -35,16 +36,21 @@ static inline float field_middle(vf3 p, vi mask, float middle[3])
     return vf_most(vf_select(mask, vf_root(vf_dot(off, off)), vf_of(0)));
 }
 
-static inline struct field_ball field_ball_of(const struct packet_hit *h, vf3 origin, vf3 direction)
+static inline void field_ball(struct field_balls *b, int packet, const struct packet_hit *h, vf3 origin, vf3 direction)
 {
-    struct field_ball ball = {.radius = __builtin_inff()};
+    float middle[3];
+    b->radius[packet] = __builtin_inff();
+    b->x[packet] = b->y[packet] = b->z[packet] = 0;
+    b->own[packet] = -1;
     /* Triangles' shadow rays begin as far off as their records say. */
-    if (!vi_any(h->hit) || (FV_MESHES && vi_any(h->hit & (h->part < 0)))) return ball;
+    if (!vi_any(h->hit) || (FV_MESHES && vi_any(h->hit & (h->part < 0)))) return;
     vf zero = vf_of(0);
     vf3 way = vf3_scale(direction, vf_select(h->hit, h->t, zero));
     vf begin = 4.0f * FV_FIELD_HIT * (1.0f + vf_root(vf_dot(way, way)));
-    ball.radius = field_middle(vf3_add(origin, way), h->hit, ball.centre) + vf_most(vf_select(h->hit, begin, zero));
-    return ball;
+    b->radius[packet] = field_middle(vf3_add(origin, way), h->hit, middle) + vf_most(vf_select(h->hit, begin, zero));
+    b->x[packet] = middle[0], b->y[packet] = middle[1], b->z[packet] = middle[2];
+    int own = h->own[__builtin_ctz(vi_bits(h->hit))];
+    if (!vi_any(h->hit & (h->own != own))) b->own[packet] = own;
 }
 
 /* Around each packet's rays, all from one origin. */
@@ -69,12 +75,12 @@ static inline void field_find_beams(const struct fv_tracer *tracer, const struct
     r.far = tracer->march_far / vf_max(r.length - wide, r.length * 0.1f);
     r.from = vf_load(b->from);
     r.wide = wide + (r.length + wide) * FV_FIELD_HIT;
-    field_find(tracer, &r, kept);
+    field_find(tracer, &r, NULL, kept);
 }
 
 /* What counts as a hit grows on the way back to the light. */
-static inline void field_shade_light(const struct fv_tracer *tracer, int light, vf3 centre, vf radius, int64_t *rays,
-                                     struct field_shade *out)
+static inline void field_shade_light(const struct fv_tracer *tracer, int light, vf3 centre, vf radius, vi own,
+                                     int64_t *rays, struct field_shade *out)
 {
     enum { DEEPER = 6 };
     bool sun = tracer->light[light].kind == FV_LIGHT_SUN;
@@ -94,8 +100,9 @@ static inline void field_shade_light(const struct fv_tracer *tracer, int light, 
     r.far = vf_of(1);
     r.base = sun ? radius + hit + FV_FIELD_HIT : hit + FV_FIELD_HIT;
     r.wide = sun ? -hit : radius - hit;
+    r.own = own;
     r.base += 5e-7f * (r.length + vf_root(vf_dot(origin, origin))); /* rounding of points along it */
-    field_find(tracer, &r, &kept);
+    field_find(tracer, &r, NULL, &kept);
     field_cones(tracer, &r, &kept, DEEPER, rays, &cones);
     vf rest = vf_select(cones.clear < 1.0f, (1.0f - cones.clear) * 1.0001f + 1e-5f, vf_of(-1));
     vf_store(out->left[light], vf_select(r.mask, rest, vf_of(__builtin_inff())));
@@ -105,21 +112,15 @@ static inline void field_shade_light(const struct fv_tracer *tracer, int light, 
     for (int i = 0; i < out->parts[light]; i++) out->at[out->met++] = kept.at[i];
 }
 
-static inline void field_shade_find(const struct fv_tracer *tracer, const struct field_ball *ball, int packets,
+static inline void field_shade_find(const struct fv_tracer *tracer, const struct field_balls *b, int packets,
                                     int64_t *rays, struct field_shade *out)
 {
     const struct fv_scene *scene = tracer->data;
-    _Alignas(64) float at[4][FV_WIDTH];
-    for (int i = 0; i < FV_WIDTH; i++) {
-        const struct field_ball *b = &ball[i < packets ? i : 0];
-        for (int k = 0; k < 3; k++) at[k][i] = b->centre[k];
-        at[3][i] = i < packets ? b->radius : __builtin_inff();
-    }
-    vf3 centre = {vf_load(at[0]), vf_load(at[1]), vf_load(at[2])};
+    vf3 centre = {vf_load(b->x), vf_load(b->y), vf_load(b->z)};
+    vf radius = vf_select(vi_lanes() < packets, vf_load(b->radius), vf_of(__builtin_inff()));
     out->met = 0;
     for (int i = 0; i < scene->lights; i++)
-        if (tracer->light[i].kind != FV_LIGHT_AREA)
-            field_shade_light(tracer, i, centre, vf_load(at[3]), rays, out);
+        if (tracer->light[i].kind != FV_LIGHT_AREA) field_shade_light(tracer, i, centre, radius, vi_load(b->own), rays, out);
 }
 
 /* What is left to be marched of the way from a packet's surfaces to a light. */

@@ -22,7 +22,7 @@ void field_starts(const struct fv_tracer *tracer, const struct fv_view *view, st
         r.far = tracer->march_far / r.length;
         r.wide += wide;
         if (samples->started) r.from = vf_load(samples->start + i);
-        field_find(tracer, &r, &kept);
+        field_find(tracer, &r, NULL, &kept);
         field_cones(tracer, &r, &kept, 0, rays, &cones);
         vf_store(samples->start + i, cones.clear);
     }

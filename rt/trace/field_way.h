@@ -14,7 +14,8 @@ static inline struct field_rays field_rays_of(vf3 origin, vf3 direction, vi mask
     vf length = vf_root(vf_dot(direction, direction)), zero = vf_of(0);
     vi good = (length > 1e-12f) & (length < 1e12f);
     length = vf_select(good, length, vf_of(1));
-    return (struct field_rays){origin, direction, zero, zero, vf_of(FV_FIELD_HIT), length * FV_FIELD_HIT, length, mask & good};
+    return (struct field_rays){origin, direction, zero, zero, vf_of(FV_FIELD_HIT), length * FV_FIELD_HIT, length,
+                               mask & good, vi_of(-1)};
 }
 
 /* A packet on its way. Parts [0, active) of `now` are those that any ray is in the reach of. */
@@ -41,12 +42,18 @@ static inline void field_begin(struct field_way *w, const struct field_rays *r, 
     w->next = w->active = 0;
 }
 
+/* Rays go no farther. False where none are left. */
+static inline bool field_within(struct field_way *w, vf far)
+{
+    w->live &= w->sure <= far;
+    return vi_any(w->live);
+}
+
 /* Takes in what rays have reached; where none is in the reach of anything, all go on to the next part first. False
  * where there is nothing left to meet. */
 static inline bool field_reach(struct field_way *w)
 {
-    w->live &= w->sure <= w->rays->far;
-    if (!vi_any(w->live)) return false;
+    if (!field_within(w, w->rays->far)) return false;
     if (w->active == 0) {
         if (w->next == w->kept->count) return false;
         w->t = w->sure = vf_max(w->t, vf_of(w->kept->at[w->next].enter));

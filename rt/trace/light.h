@@ -1,9 +1,10 @@
-/* light: light on a packet's surfaces: ambient and emitted, from points and suns by a shadow ray each, and
- * what is sampled (sampled_light.h). For kernels only. */
+/* light: light on a packet's surfaces: ambient and emitted, from points and suns by a shadow ray each or a
+ * lookup in a map (visible.h), and what is sampled (sampled_light.h). For kernels only. */
 #ifndef FV_TRACE_LIGHT_H
 #define FV_TRACE_LIGHT_H
 
 #include "rt/trace/sampled_light.h"
+#include "rt/trace/visible.h"
 
 /* Adds light from unit direction l, `irradiance` at normal incidence, in the lanes of `mask`. */
 static inline void add_light(struct lit *lit, vf3 l, vf3 irradiance, vi mask)
@@ -35,6 +36,21 @@ static inline vf3 towards(const struct lit *lit, const struct fv_light *light, v
     return vf3_scale(*way, inverse);
 }
 
+/* Of the lanes of `facing`, those that the light, a point or sun, reaches: as is known, by its map, or by rays. */
+static inline vi reach(const struct lit *lit, int light, vf3 way, vf far, vi facing, bool primary)
+{
+    const struct shading *shading = lit->shading;
+    if (primary && shading->known) return facing & ((shading->lit & (int32_t)(1u << (light & 31))) != 0);
+    if (primary && shading->maps && shading->maps[light].nearness)
+        return mapped(lit, &shading->maps[light], way, far, facing);
+    if (FV_FIELDS && primary && shading->shade) {
+        struct field_rest rest;
+        field_rest_of(shading->tracer, shading->shade, light, shading->packet, &rest);
+        return rest.blocked ? vi_of(0) : unshadowed(lit, way, far, &rest, facing, true);
+    }
+    return unshadowed(lit, way, far, NULL, facing, true);
+}
+
 /* What primary rays' surfaces give apart from the rest (struct fv_samples). */
 struct parted {
     vf3 albedo, light;
@@ -56,14 +72,10 @@ static inline vf3 light_surface(const struct shading *shading, struct surface *s
     for (int i = 0; i < scene->lights; i++) {
         if (is(&light_of[i], FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) continue;
         vf3 l = towards(&lit, &light_of[i], &way, &far, &irradiance);
-        reached[i] = faces(s, l, vi_of(-1));
-        if (FV_FIELDS && primary && shading->shade) {
-            struct field_rest rest;
-            field_rest_of(shading->tracer, shading->shade, i, shading->packet, &rest);
-            reached[i] = rest.blocked ? vi_of(0) : unshadowed(&lit, way, far, &rest, reached[i], true);
-        } else {
-            reached[i] = unshadowed(&lit, way, far, NULL, reached[i], true);
-        }
+        vi facing = faces(s, l, vi_of(-1));
+        reached[i] = reach(&lit, i, way, far, facing, primary);
+        if (shading->identified) s->shadows -= facing & ~reached[i];
+        if (shading->identified && primary && i < 32) shading->identified->lit |= reached[i] & (int32_t)(1u << i);
     }
     surface_fetch(s, scene);
     lit.sum = s->emission;

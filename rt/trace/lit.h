@@ -10,6 +10,11 @@
 
 #define FV_PI 3.14159265f
 
+/* As in struct fv_samples, of a packet. */
+struct identified {
+    vi identity, facing, second_identity, second_facing, triangle, lit;
+};
+
 /* What shading of one packet needs besides the surface. */
 struct shading {
     const struct fv_tracer *tracer;
@@ -18,6 +23,10 @@ struct shading {
     int64_t *rays;       /* by enum fv_ray_kind */
     const struct field_shade *shade; /* of primary rays' hits in fields, NULL: none */
     int packet;                      /* of shade */
+    struct identified *identified;   /* NULL: nobody asks */
+    bool known;                      /* primary rays' surfaces are lit by the lights `lit` (struct fv_samples) */
+    vi lit;
+    const struct fv_light_map *maps; /* of the lights, NULL: shadow rays to all */
 };
 
 /* The normalised Phong lobe towards the viewer for light from unit direction l, times the cosine.
@@ -61,6 +70,7 @@ static inline vi unshadowed(const struct lit *lit, vf3 way, vf far, const struct
     lit->shading->rays[FV_RAY_SHADOW] += __builtin_popcount(bits);
     struct fv_ray_context context = packet_context(coherent, lit->surface->footprint[__builtin_ctz(bits)], 0);
     context.rays = lit->shading->rays;
+    if (FV_FIELDS) context.own = (const int32_t *)&lit->surface->own;
     if (FV_FIELDS && rest) {
         context.left = rest->left;
         context.few = rest->known ? &rest->few : NULL;

@@ -26,6 +26,7 @@ struct packet_hit {
     vi hit;      /* mask */
     vi triangle; /* record number; 0 in lanes without a hit */
     vi part;     /* of the fields, -1: a triangle; set where the kernel shows fields */
+    vi own;      /* the same, but -1 where rays from it outward may meet the part again */
     vi object;   /* the moving object's number, 0: it stands still; set where the kernel shows moving ones */
     vf t, u, v;
     vf3 normal; /* Embree's geometric normal, in the world, not unit */
@@ -41,6 +42,7 @@ static inline struct fv_ray_context packet_context(bool coherent, float base, fl
     c.start = NULL;
     c.left = __builtin_inff();
     c.few = NULL;
+    c.own = NULL;
     c.rays = NULL;
     return c;
 }
@@ -118,13 +120,27 @@ static inline struct packet_hit packet_intersect_meshes(const struct fv_tracer *
     return h;
 }
 
-static __attribute__((noinline)) void packet_march(const struct fv_tracer *tracer, const struct fv_ray_context *context,
-                                const struct field_rays *r, struct field_hit *hit)
+/* Not inlined: `kept` would take 48 KiB of stack for each level of a chain of mirrors. */
+static __attribute__((noinline)) void packet_march(const struct fv_tracer *tracer,
+                                                   const struct fv_ray_context *context, const struct field_rays *r,
+                                                   struct field_hit *hit)
 {
     struct field_kept kept;
-    if (context->few) field_find_of(tracer, r, context->few, &kept);
-    else field_find(tracer, r, &kept);
+    field_find(tracer, r, context->few, &kept);
     field_march(tracer, r, &kept, context->rays, hit);
+}
+
+/* Convex parts, which were met from outside. */
+static inline vi packet_own(const struct fv_fields *f, const struct field_hit *h)
+{
+    vi own = vi_of(-1), outside = h->hit & (h->t > 0.0f);
+    for (unsigned pending = vi_bits(outside); pending;) {
+        int id = h->part[__builtin_ctz(pending)];
+        vi lanes = outside & (h->part == id);
+        pending &= ~vi_bits(lanes);
+        if (f->part[id].convex) own = vi_select(lanes, vi_of(id), own);
+    }
+    return own;
 }
 
 /* Nearer hits, of the fields. */
@@ -138,6 +154,7 @@ static inline void packet_intersect_fields(const struct fv_tracer *tracer, const
     packet_march(tracer, context, &r, &f);
     h->hit |= f.hit;
     h->part = vi_select(f.hit, f.part, vi_of(-1));
+    h->own = packet_own(&tracer->data->fields, &f);
     h->t = vf_select(f.hit, f.t, h->t);
     h->triangle = vi_select(f.hit, vi_of(0), h->triangle);
     h->object = vi_select(f.hit, vi_of(0), h->object);
@@ -149,12 +166,12 @@ static inline struct packet_hit packet_intersect(const struct fv_tracer *tracer,
     if (!FV_FIELDS) return packet_intersect_meshes(tracer, context, origin, direction, mask);
     vi none = vi_of(0);
     vf zero = vf_of(0);
-    struct packet_hit h = {none, none, none, none, vf_of(__builtin_inff()), zero, zero, {zero, zero, zero}};
+    struct packet_hit h = {none, none, none, none, none, vf_of(__builtin_inff()), zero, zero, {zero, zero, zero}};
     if (FV_MESHES && tracer->data->triangles > 0) {
         h = packet_intersect_meshes(tracer, context, origin, direction, mask);
         if (!(FV_FEATURES & FV_SCENE_MOVING)) h.object = none;
     }
-    h.part = vi_of(-1);
+    h.part = h.own = vi_of(-1);
     if (tracer->data->fields.parts > 0) packet_intersect_fields(tracer, context, origin, direction, mask, &h);
     return h;
 }
@@ -206,6 +223,7 @@ static inline vi packet_occluded(const struct fv_tracer *tracer, struct fv_ray_c
     struct field_hit f;
     struct field_rays r = field_rays_of(origin, direction, mask & ~occluded);
     r.far = vf_min(vf_min(far, vf_of(context->left)), tracer->march_far / r.length);
+    if (context->own) r.own = vi_load(context->own);
     packet_march(tracer, context, &r, &f);
     return occluded | f.hit;
 }

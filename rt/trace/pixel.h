@@ -35,6 +35,13 @@ static inline vf pixel_decode_channel(vf e)
     return vf_select(b > 0.0f, root + b, 2.0f * c) * vf_reciprocal(vf_select(b > 0.0f, 2.0f * a, root - b));
 }
 
+/* The linear colours of codes 0..1023. */
+static inline vf3 pixel_decode(vf3 code)
+{
+    const float unit = 1 / 1023.0f;
+    return (vf3){pixel_decode_channel(code.x * unit), pixel_decode_channel(code.y * unit), pixel_decode_channel(code.z * unit)};
+}
+
 static inline vi pixel_pack(vf3 encoded_1023)
 {
     vi r = vi_from(encoded_1023.x + 0.5f), g = vi_from(encoded_1023.y + 0.5f), b = vi_from(encoded_1023.z + 0.5f);

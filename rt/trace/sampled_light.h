@@ -37,7 +37,7 @@ static __attribute__((noinline)) void add_area(struct lit *lit, const struct fv_
     int n = samples_of(lit->shading, lit->shading->tracer->area_spp);
     const struct surface *s = lit->surface;
     vf3 u = vf3_of(source->u), v = vf3_of(source->v), corner = vf3_of(source->position);
-    vf3 face = {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x}; /* length: area */
+    vf3 face = vf3_cross(u, v); /* length: area */
     vf irradiance = vf_of(0), gloss = vf_of(0), a, b; /* for radiance n */
     for (int i = 0; i < n; i++) {
         place_sample(lit->shading, i, n, &a, &b);

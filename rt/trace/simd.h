@@ -332,6 +332,11 @@ static inline vf vf_dot(vf3 a, vf3 b)
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
+static inline vf3 vf3_cross(vf3 a, vf3 b)
+{
+    return (vf3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
 static inline vf3 vf3_scale(vf3 a, vf s)
 {
     return (vf3){a.x * s, a.y * s, a.z * s};

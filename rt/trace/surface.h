@@ -18,8 +18,11 @@ struct interpolated {
     vf bitangent_sign;
 };
 
+enum { FV_SURFACE_PARTS = 0x4000 };
+
 struct surface {
     vi hit;            /* mask */
+    vi own;            /* of struct packet_hit; set where the kernel shows fields */
     vi flags;          /* enum fv_material_flags; any: of all lanes together */
     uint32_t any;
     vf3 point;         /* world */
@@ -31,6 +34,8 @@ struct surface {
     vf footprint;      /* m: the ray cone's width here */
     vf3 diffuse, specular, emission, mirror, transmission;
     vf shininess, ior;
+    vi shadows;        /* lights that something hides, counted where surfaces are told apart */
+    vi of;             /* material, or part of the fields behind FV_SURFACE_PARTS: what it is of */
     /* Kept from surface_set for surface_fetch. */
     struct interpolated in;
     struct texel_place base, bump;
@@ -199,7 +204,7 @@ static inline vi flat_normals(const struct surface *s, const vi w[16])
     vf3 a = {low16(w[6]), high16(w[6]), low16(w[7])}, b = {high16(w[7]), low16(w[8]), high16(w[8])};
     vf3 c = {low16(w[9]), high16(w[9]), low16(w[10])}, n = s->in.normal, g = s->geometric;
     vf3 ab = vf3_sub(a, b), ac = vf3_sub(a, c);
-    vf3 off = {n.y * g.z - n.z * g.y, n.z * g.x - n.x * g.z, n.x * g.y - n.y * g.x};
+    vf3 off = vf3_cross(n, g);
     vf most = vf_max(vf_dot(off, off), vf_max(vf_dot(ab, ab), vf_dot(ac, ac)));
     return s->hit & (most < 32.767f * 32.767f);
 }
@@ -234,6 +239,7 @@ static inline void surface_set(struct surface *s, const struct fv_tracer *tracer
         vf hit = 2.0f * FV_FIELD_HIT * (1.0f + t * vf_root(vf_dot(direction, direction)));
         s->offset = vf_select(solid, vf_max(reach * 2e-6f, hit + FV_FIELD_HIT), s->offset);
     }
+    if (FV_FIELDS) s->own = h->own;
     vf facing = vf_dot(geometric, direction);
     s->outside = facing < 0.0f;
     s->geometric = vf3_select(s->outside, geometric, vf3_scale(geometric, vf_of(-1)));
@@ -250,6 +256,8 @@ static inline void surface_set(struct surface *s, const struct fv_tracer *tracer
     /* In texture coordinates, between its sizes along and across the slope. */
     vf footprint = s->footprint * s->in.uv_per_metre * vf_rsqrt(vf_max(cosine, vf_of(0.05f)));
     vi material = (w[10] >> 16) & 0xffff;
+    s->shadows = vi_of(0);
+    s->of = FV_FIELDS ? vi_select(solid, (h->part & (FV_SURFACE_PARTS - 1)) | FV_SURFACE_PARTS, material) : material;
     if (FV_FIELDS) material = field_materials(&scene->fields, h, material);
     unsigned pending = vi_bits(h->hit);
     while (pending) {
@@ -271,8 +279,7 @@ static inline void bend_normal(struct surface *s, vf3 texel)
     vf scale = s->bump_scale * (1 / 511.5f);
     vf3 n = {(texel.x - 511.5f) * scale, (texel.y - 511.5f) * scale, (texel.z - 511.5f) * (1 / 511.5f)};
     vf3 t = s->in.tangent, a = s->normal;
-    vf3 b = {a.y * t.z - a.z * t.y, a.z * t.x - a.x * t.z, a.x * t.y - a.y * t.x};
-    b = vf3_scale(b, s->in.bitangent_sign);
+    vf3 b = vf3_scale(vf3_cross(a, t), s->in.bitangent_sign);
     vf3 bent = vf3_add(vf3_add(vf3_scale(t, n.x), vf3_scale(b, n.y)), vf3_scale(a, n.z));
     vi lanes = (s->flags & FV_MATERIAL_NORMAL_MAPPED) != 0;
     s->normal = vf3_select(lanes, vf3_normalise(bent, a), a);

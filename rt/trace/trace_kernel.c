@@ -130,25 +130,50 @@ static inline struct packet_hit meet(const struct shading *shading, const struct
     return packet_intersect(shading->tracer, &context, r->origin, r->direction, r->mask);
 }
 
+static inline vi facing_of(vf3 n)
+{
+    vi x = vi_from((n.x + 1.0f) * 511.0f + 0.5f), y = vi_from((n.y + 1.0f) * 511.0f + 0.5f);
+    return x | (y << 10) | (vi_from((n.z + 1.0f) * 511.0f + 0.5f) << 20);
+}
+
+/* A surface that was lit, of the primary rays or of those that go on from there; `facing`: its normal, not bent. */
+static inline void identify(struct identified *to, const struct surface *s, vi object, vi facing, bool primary)
+{
+    vi shadows = vi_select(s->shadows < 31, s->shadows, vi_of(31)) << FV_IDENTITY_SHADOWS_SHIFT;
+    vi textured = vi_select((s->flags & FV_MATERIAL_TEXTURED) != 0, vi_of(FV_IDENTITY_TEXTURED), vi_of(0));
+    vi identity = s->hit & (((s->of + 1) & 0xffff) | (object << 16) | shadows | textured);
+    facing &= s->hit;
+    if (primary) {
+        to->identity = identity;
+        to->facing = facing;
+        return;
+    }
+    vi first = to->second_identity == 0;
+    to->second_identity |= first & identity;
+    to->second_facing |= first & facing;
+}
+
 /* What is seen of what the rays met. */
-static inline void look_at(const struct shading *shading, const struct rays *r, const struct packet_hit *met, int depth,
+static inline void look_at(const struct shading *shading, const struct rays *r, const struct packet_hit *hit, int depth,
                            struct parted *parted, struct seen *seen)
 {
     const struct fv_tracer *tracer = shading->tracer;
     const struct fv_scene *scene = tracer->data;
-    struct packet_hit hit = *met;
     vf3 sky = vf3_of(scene->sky), zero = {vf_of(0), vf_of(0), vf_of(0)};
-    vi object = FV_FEATURES & FV_SCENE_MOVING ? hit.object : vi_of(0);
-    *seen = (struct seen){.radiance = sky, .depth = hit.t, .surface = object, .geometric = zero};
-    if (!vi_any(hit.hit)) return;
+    vi object = FV_FEATURES & FV_SCENE_MOVING ? hit->object : vi_of(0);
+    *seen = (struct seen){.radiance = sky, .depth = hit->t, .surface = object, .geometric = zero};
+    if (!vi_any(hit->hit)) return;
     struct surface s;
-    surface_set(&s, tracer, &hit, r->origin, r->direction, r->base, r->growth);
+    surface_set(&s, tracer, hit, r->origin, r->direction, r->base, r->growth);
     seen->geometric = s.geometric;
+    vi facing = shading->identified ? facing_of(s.normal) : vi_of(0);
     seen->radiance = light_surface(shading, &s, r->direction, r->primary, parted);
+    if (shading->identified && (r->primary || depth == shading->tracer->depth - 1))
+        identify(shading->identified, &s, object, facing, r->primary);
     if (s.any & FV_FEATURES & (FV_MATERIAL_MIRROR | FV_MATERIAL_GLASS))
         secondary(shading, &s, r->direction, depth, seen);
-    seen->radiance = vf3_select(hit.hit, seen->radiance, sky);
-    seen->geometric = vf3_select(hit.hit, s.geometric, zero);
+    seen->radiance = vf3_select(hit->hit, seen->radiance, sky);
+    seen->geometric = vf3_select(hit->hit, s.geometric, zero);
 }
 
 static void look(const struct shading *shading, const struct rays *r, int depth, struct parted *parted,
@@ -167,6 +192,14 @@ static inline void randomise(struct shading *shading, vf x, vf y, uint32_t seed)
     vf shift2 = vf_of((float)(seed * 1566083941u >> 8) * 0x1p-24f);
     vf a = vf_gather(shading->tracer->noise, (row & mask) * FV_NOISE_SIZE + (column & mask)) + shift1;
     vf b = vf_gather(shading->tracer->noise, ((row + 23) & mask) * FV_NOISE_SIZE + ((column + 41) & mask)) + shift2;
+    shading->random1 = a - vf_floor(a);
+    shading->random2 = b - vf_floor(b);
+}
+
+/* Further on for each sample of a pixel, evenly spread (Roberts' R2 sequence). */
+static inline void randomise_further(struct shading *shading, vi number)
+{
+    vf a = shading->random1 + vf_from(number) * 0.754877666f, b = shading->random2 + vf_from(number) * 0.569840291f;
     shading->random1 = a - vf_floor(a);
     shading->random2 = b - vf_floor(b);
 }
@@ -202,6 +235,17 @@ static inline void store_parted(struct fv_samples *samples, int i, const struct 
     vf_store(samples->light_blue + i, vf_select(known, vf_max(p->light.z, zero), zero));
 }
 
+static inline void store_identified(struct fv_samples *samples, int i, const struct identified *of)
+{
+    vi_store(samples->identity + i, of->identity);
+    vi_store(samples->facing + i, of->facing);
+    vi_store(samples->triangle + i, of->triangle);
+    vi_store(samples->lit + i, of->lit);
+    if (!(FV_FEATURES & (FV_SCENE_MIRRORS | FV_SCENE_GLASS))) return;
+    vi_store(samples->second_identity + i, of->second_identity);
+    vi_store(samples->second_facing + i, of->second_facing);
+}
+
 /* The view's optical axis, unit. */
 static vf3 axis_of(const struct fv_view *view)
 {
@@ -229,66 +273,151 @@ struct list {
     vf3 axis;
 };
 
-/* The packet from sample i on, of what it met; NULL: not yet looked for. */
+/* Of what was met, the triangles that neither move nor are masked, -1 elsewhere. */
+static inline vi opaque_triangles(const struct fv_tracer *tracer, const struct packet_hit *h)
+{
+    vi of = h->hit & (h->triangle < (int32_t)tracer->data->opaque_triangles);
+    if (FV_FEATURES & FV_SCENE_MOVING) of &= h->object == 0;
+    if (FV_FIELDS) of &= h->part < 0;
+    return vi_select(of, h->triangle, vi_of(-1));
+}
+
+/* What the rays meet of the planes of the triangles that samples i and on are known to show; by tracing where they run
+ * along these. */
+static inline struct packet_hit known_hit(const struct shading *shading, const struct fv_samples *samples, int i,
+                                          const struct rays *r)
+{
+    const struct fv_scene *scene = shading->tracer->data;
+    vi triangle = vi_load(samples->triangle + i) & r->mask;
+    vf3 corner[3];
+    for (int k = 0; k < 3; k++) {
+        vi at = 3 * vi_gather(scene->index, 3 * triangle + k);
+        corner[k] = (vf3){vf_gather(scene->position, at), vf_gather(scene->position, at + 1), vf_gather(scene->position, at + 2)};
+    }
+    vf3 ab = vf3_sub(corner[1], corner[0]), ac = vf3_sub(corner[2], corner[0]);
+    vf3 normal = vf3_cross(ab, ac);
+    vf t = vf_dot(normal, vf3_sub(corner[0], r->origin)) / vf_dot(normal, r->direction);
+    vf3 from = vf3_sub(vf3_add(r->origin, vf3_scale(r->direction, t)), corner[0]);
+    vf area = 1.0f / vf_dot(normal, normal);
+    vf u = vf_dot(vf3_cross(from, ac), normal) * area, v = vf_dot(vf3_cross(ab, from), normal) * area;
+    vi near = r->mask & (t > 0.0f) & (vf_abs(u) < 8.0f) & (vf_abs(v) < 8.0f);
+    struct packet_hit h = {.hit = near, .triangle = triangle, .object = vi_of(0), .part = vi_of(-1), .t = t, .u = u,
+                           .v = v, .normal = normal};
+    struct rays other = *r;
+    other.mask &= ~near;
+    if (!vi_any(other.mask)) return h;
+    struct packet_hit met = meet(shading, &other, NULL);
+    h.hit |= met.hit;
+    h.triangle = vi_select(near, triangle, met.triangle);
+    if (FV_FEATURES & FV_SCENE_MOVING) h.object = vi_select(near, h.object, met.object);
+    if (FV_FIELDS) h.part = vi_select(near, h.part, met.part);
+    h.t = vf_select(near, t, met.t);
+    h.u = vf_select(near, u, met.u);
+    h.v = vf_select(near, v, met.v);
+    h.normal = vf3_select(near, normal, met.normal);
+    return h;
+}
+
+/* The packet from sample i on, and what it met. */
 static inline void trace_packet(struct shading *shading, const struct list *list, int i, const struct rays *r,
                                 const struct packet_hit *met)
 {
     const struct fv_tracer *tracer = shading->tracer;
     struct fv_samples *samples = list->samples;
     struct parted parted = {0};
+    struct identified identified = {.identity = vi_of(0)};
     struct seen seen;
+    shading->identified = samples->identified ? &identified : NULL;
+    if (samples->identified) identified.triangle = opaque_triangles(tracer, met);
+    if (samples->known) shading->lit = vi_load(samples->lit + i);
     if (list->sampled) randomise(shading, vf_load(samples->x + i), vf_load(samples->y + i), list->seed);
-    if (met) look_at(shading, r, met, tracer->depth, list->split ? &parted : NULL, &seen);
-    else look(shading, r, tracer->depth, list->split ? &parted : NULL, &seen);
+    if (list->sampled && samples->numbered) randomise_further(shading, vi_load(samples->number + i));
+    look_at(shading, r, met, tracer->depth, list->split ? &parted : NULL, &seen);
     vi known = sound(seen.radiance);
     if (list->split) known &= sound(parted.light);
     store_samples(samples, i, &seen, known, list->axis, tracer->epsilon_grazing);
     if (list->split) store_parted(samples, i, &parted, known);
+    if (samples->identified) store_identified(samples, i, &identified);
+    if (FV_FIELDS && samples->started) vi_store(samples->part + i, vi_select(met->hit, met->part, vi_of(-1)));
 }
 
-/* As many packets at once as one has lanes: what they met first, then what shades it. */
-static void trace_shaded(const struct shading *of, const struct fv_view *view, const struct list *list)
+/* As many packets as one has lanes. */
+struct group {
+    int count, at[FV_WIDTH]; /* their first samples */
+    struct rays rays[FV_WIDTH];
+    struct packet_hit met[FV_WIDTH];
+};
+
+/* All at once: what they met first, then what shades it. */
+static void trace_group(const struct shading *of, const struct list *list, struct group *g)
 {
     struct field_shade shade;
     struct shading shading = *of;
     struct field_beams beams;
-    struct field_ball ball[FV_WIDTH];
+    struct field_balls balls;
     struct field_kept all;
     struct field_few few;
-    struct packet_hit met[FV_WIDTH];
-    struct rays r[FV_WIDTH];
     shading.shade = &shade;
-    for (int i = 0; i < list->samples->count; i += FV_WIDTH * FV_WIDTH) {
-        int left = (list->samples->count - i + FV_WIDTH - 1) / FV_WIDTH, packets = left < FV_WIDTH ? left : FV_WIDTH;
-        for (int k = 0; k < packets; k++) {
-            r[k] = rays_of(view, list->samples, i + k * FV_WIDTH);
-            field_beam(&beams, k, r[k].direction, vf_load(r[k].start), r[k].mask);
-        }
-        field_find_beams(shading.tracer, &beams, packets, r[0].origin, &all);
-        for (int k = 0; k < packets; k++) {
-            field_few_of(all.at, all.count, k, 0, &few);
-            met[k] = meet(&shading, &r[k], &few);
-            ball[k] = field_ball_of(&met[k], r[k].origin, r[k].direction);
-        }
-        field_shade_find(shading.tracer, ball, packets, shading.rays, &shade);
-        for (shading.packet = 0; shading.packet < packets; shading.packet++)
-            trace_packet(&shading, list, i + shading.packet * FV_WIDTH, &r[shading.packet], &met[shading.packet]);
+    for (int k = 0; k < g->count; k++) {
+        const struct rays *r = &g->rays[k];
+        field_beam(&beams, k, r->direction, vf_load(r->start), r->mask);
     }
+    field_find_beams(shading.tracer, &beams, g->count, g->rays[0].origin, &all);
+    for (int k = 0; k < g->count; k++) {
+        field_few_of(all.at, all.count, k, 0, &few);
+        g->met[k] = meet(&shading, &g->rays[k], &few);
+        field_ball(&balls, k, &g->met[k], g->rays[k].origin, g->rays[k].direction);
+    }
+    field_shade_find(shading.tracer, &balls, g->count, shading.rays, &shade);
+    for (shading.packet = 0; shading.packet < g->count; shading.packet++)
+        trace_packet(&shading, list, g->at[shading.packet], &g->rays[shading.packet], &g->met[shading.packet]);
+    g->count = 0;
+}
+
+/* Rays whose starts tell that they meet nothing. */
+static inline void store_sky(const struct shading *shading, const struct list *list, int i)
+{
+    vf3 zero = {vf_of(0), vf_of(0), vf_of(0)};
+    struct parted parted = {0};
+    struct seen seen = {vf3_of(shading->tracer->data->sky), vf_of(__builtin_inff()), vi_of(0), zero};
+    store_samples(list->samples, i, &seen, sound(seen.radiance), list->axis, 0);
+    if (list->split) store_parted(list->samples, i, &parted, vi_of(-1));
+}
+
+static void trace_started(const struct shading *shading, const struct fv_view *view, const struct list *list)
+{
+    const struct fv_samples *samples = list->samples;
+    bool meshes = FV_MESHES && shading->tracer->data->triangles > 0;
+    struct group group;
+    group.count = 0;
+    for (int i = 0; i < samples->count; i += FV_WIDTH) {
+        vi begin = (vf_load(samples->start + i) < __builtin_inff()) & (vi_lanes() < samples->count - i);
+        if (!meshes && !vi_any(begin)) {
+            store_sky(shading, list, i);
+            continue;
+        }
+        group.rays[group.count] = rays_of(view, samples, i);
+        group.at[group.count++] = i;
+        if (group.count == FV_WIDTH) trace_group(shading, list, &group);
+    }
+    if (group.count > 0) trace_group(shading, list, &group);
 }
 
 void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
                    uint32_t seed, int64_t *rays)
 {
-    struct shading shading = {.tracer = tracer, .rays = rays, .fewer = samples->fewer};
-    int64_t counted = rays[FV_RAY_PRIMARY] + samples->count;
+    struct shading shading = {.tracer = tracer, .rays = rays, .fewer = samples->fewer, .known = samples->known};
+    if (samples->mapped && tracer->visibility) shading.maps = tracer->visibility->map;
+    int64_t counted = rays[FV_RAY_PRIMARY] + (samples->known ? 0 : samples->count);
     bool sampled = (tracer->data->features & FV_FEATURES & FV_SCENE_STOCHASTIC) != 0;
     struct list list = {samples, seed, sampled, sampled && samples->split, axis_of(view)};
     if (FV_FIELDS && samples->started && tracer->data->fields.parts > 0) {
-        trace_shaded(&shading, view, &list);
+        trace_started(&shading, view, &list);
     } else {
         for (int i = 0; i < samples->count; i += FV_WIDTH) {
             struct rays r = rays_of(view, samples, i);
-            trace_packet(&shading, &list, i, &r, NULL);
+            struct packet_hit met = samples->known ? known_hit(&shading, samples, i, &r) : meet(&shading, &r, NULL);
+            trace_packet(&shading, &list, i, &r, &met);
         }
     }
     rays[FV_RAY_PRIMARY] = counted;

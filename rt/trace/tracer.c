@@ -136,6 +136,7 @@ int fv_tracer_open(struct fv_tracer *t, const struct fv_scene *scene, const stru
     t->scene = make_scene(t, 0, scene->still_triangles, scene->opaque_triangles, &t->masked);
     make_instances(t);
     take_lights(t);
+    t->visibility = fv_visibility_take(scene);
     t->bytes = bytes;
     if (message[0]) return fv_error_set(error, "Embree: %s", message);
     return 0;

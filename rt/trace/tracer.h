@@ -5,7 +5,7 @@
 
 #include "platform/cpu.h"
 #include "rt/fovea/view.h"
-#include "rt/scene/scene.h"
+#include "rt/trace/visibility.h"
 
 #include <embree3/rtcore.h>
 
@@ -30,6 +30,12 @@ enum fv_surface {
     FV_SURFACE_OLD = 128     /* of a support node: not traced in this frame */
 };
 
+/* What tells one surface from another (attributes of Kim et al. 2021, table 1), in 32 bits of `identity`: bits 0-15
+ * what it is of, a material or a part of the fields, 0 where nothing was hit; 16-20 the moving object; and those below.
+ * Beside it `facing`, its normal before a map bends it, 10 bits a component, x the lowest: 511 (n + 1) rounded. */
+enum { FV_IDENTITY_OBJECT = 0x1fffff, FV_IDENTITY_SHADOWS_SHIFT = 21, FV_IDENTITY_SHADOWS = 31 << 21 /* lights whose shadow it lies in */ };
+#define FV_IDENTITY_TEXTURED (1 << 26) /* those above are the user's */
+
 struct fv_samples {
     int count;
     _Alignas(64) float x[FV_SAMPLES_MAX], y[FV_SAMPLES_MAX]; /* in: pixel coordinates (view.h) */
@@ -48,6 +54,22 @@ struct fv_samples {
     /* In: where rays begin in fields, by the ray parameter; as `starts` of struct fv_kernels gives them. */
     bool started;
     _Alignas(64) float start[FV_SAMPLES_MAX];
+    /* In: tell surfaces apart. Out, only then: of the first hits and, in scenes with mirrors or glass, of what these mirror
+     * or let through (what a surface does both with: the latter), 0 where there is no such. */
+    bool identified;
+    /* Out, only then: the triangle's record, -1 where what was hit moves, is masked or of no triangle; and of the scene's
+     * first 32 lights those that reach it, a bit each. In where `known` is set: samples show these triangles' planes, lit by
+     * these lights; no ray is traced but to sampled light and from mirrors and glass. */
+    bool known;
+    _Alignas(64) int32_t triangle[FV_SAMPLES_MAX], lit[FV_SAMPLES_MAX];
+    _Alignas(64) int32_t identity[FV_SAMPLES_MAX], facing[FV_SAMPLES_MAX];
+    _Alignas(64) int32_t second_identity[FV_SAMPLES_MAX], second_facing[FV_SAMPLES_MAX];
+    /* In: of points and suns that have maps (visibility.h), what primary rays hit is lit by these, without shadow rays. */
+    bool mapped;
+    _Alignas(64) int32_t part[FV_SAMPLES_MAX]; /* out, where started and there are fields: which was hit; -1: none */
+    /* In: `number` is which of its pixel's samples this one is: light is sampled otherwise than for the others. */
+    bool numbered;
+    _Alignas(64) int32_t number[FV_SAMPLES_MAX];
     int fewer; /* in: sampled light takes this part of the settings' rays, 4 at least; 0 is 1: all */
     _Alignas(64) float albedo_red[FV_SAMPLES_MAX], albedo_green[FV_SAMPLES_MAX], albedo_blue[FV_SAMPLES_MAX];
     _Alignas(64) float light_red[FV_SAMPLES_MAX], light_green[FV_SAMPLES_MAX], light_blue[FV_SAMPLES_MAX];
@@ -80,6 +102,7 @@ struct fv_tracer {
     const struct fv_scene *data;
     const struct fv_light *light; /* the scene's; where some move, `moved`, which fv_tracer_move puts in place */
     struct fv_light *moved;
+    struct fv_visibility *visibility; /* maps of lights, once made; NULL: no light can have one */
     const float *noise;  /* fv_noise(), NULL where the scene has no light that is sampled */
     int64_t bytes;       /* of the acceleration structure and what else Embree holds of the scene */
     int depth, area_spp, ao_spp; /* settings of the section method */
@@ -108,6 +131,7 @@ struct fv_ray_context {
     float base, growth;
     const float *start; /* of each lane, in fields; NULL: 0 */
     float left;         /* of the way, up to where fields may shadow it; negative: nowhere */
+    const int32_t *own; /* of each lane, a part of the fields that the ray does not meet, -1: none; NULL: of no lane */
     const struct field_few *few; /* what of the fields rays may meet, NULL: anything (field_cull.h) */
     int64_t *rays;      /* where steps through fields are counted, by enum fv_ray_kind */
 };

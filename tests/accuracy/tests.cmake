@@ -1,1 +1,2 @@
 fv_test(accuracy reproject platform)
+fv_test(accuracy pyramid platform)

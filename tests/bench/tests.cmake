@@ -1,8 +1,12 @@
 fv_test(bench full_ratio rt)
+fv_test(bench light_maps rt)
 fv_test(bench peers rt)
 fv_test(bench budget cli)
 fv_test(bench weier2016 cli)
+fv_test(bench kim2021 rt)
+set_tests_properties(bench_kim2021 PROPERTIES TIMEOUT 3600)
 fv_test(bench headline cli)
+fv_test(bench headline_pyramid cli)
 set_tests_properties(bench_headline PROPERTIES TIMEOUT 3600)
 set_tests_properties(bench_budget PROPERTIES TIMEOUT 3600)
 

@@ -22,6 +22,8 @@ static struct stage {
     struct fv_loop loop[TURNS];
 } s;
 
+static const char *contrast; /* with and without what is refined */
+
 /* Pixels of a sixth of a degree, so that all levels are there. */
 static void open_stage(const char *scene, const char *const *sets, int count)
 {
@@ -37,6 +39,7 @@ static void open_stage(const char *scene, const char *const *sets, int count)
     }
     open = true;
     for (size_t i = 0; i < sizeof always / sizeof always[0]; i++) request.set[request.sets++] = always[i];
+    request.set[request.sets++] = contrast;
     for (int i = 0; i < count; i++) request.set[request.sets++] = sets[i];
     memset(&s, 0, sizeof s);
     if (fv_config_load(&s.config[0], &request, &error)) fail_msg("%s", error.text);
@@ -51,6 +54,20 @@ static void open_stage(const char *scene, const char *const *sets, int count)
         fv_plan_make(&s.plan[i], fv_method_find("pyramid"), &s.scene, &s.config[i], &s.loop[i].frame);
         fv_loop_open(&s.loop[i], &s.config[i], &s.plan[i], &s.tracer, &s.workers, &s.session[i], 1);
     }
+}
+
+static int take_plain(void **state)
+{
+    (void)state;
+    contrast = "method.contrast=1";
+    return 0;
+}
+
+static int take_refined(void **state)
+{
+    (void)state;
+    contrast = "method.contrast=0.25";
+    return 0;
 }
 
 static const double ahead[3] = {0, 0, -1};
@@ -308,5 +325,6 @@ int main(void)
                                        cmocka_unit_test(uncovered_walls),  cmocka_unit_test(heads_that_jump),
                                        cmocka_unit_test(eyes_in_surfaces_and_before_nothing),
                                        cmocka_unit_test(triangles_are_traced), cmocka_unit_test(frames_that_were_cut)};
-    return cmocka_run_group_tests(tests, NULL, program_clean);
+    int failed = cmocka_run_group_tests_name("plain", tests, take_plain, NULL);
+    return failed + cmocka_run_group_tests_name("refined", tests, take_refined, program_clean);
 }

@@ -277,9 +277,42 @@ static void scenes(void **state)
     }
 }
 
+/* What is called convex is: halfway between two points its field is no more than their mean, which is what lets rays that
+ * leave it never ask for it again. Nothing that only looks like it is called so. */
+static void convex(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *solid;
+        bool is;
+    } table[] = {{"sphere(1)", true}, {"box(1, 2, 1)", true}, {"round_box(1, 2, 1, 0.2)", true}, {"cylinder(1, 2)", true},
+                 {"cone(1, 0.3, 2)", true}, {"cone(0.1, 1, 0.5)", true}, {"capsule(0, 0, 0, 1, 1, 0, 0.3)", true},
+                 {"plane(0.3, 1, 0, 0.5)", true}, {"rotate(20, 30, 40, scale(1.5, box(1, 1, 2)))", true},
+                 {"intersection(rotate(0, 30, 0, box(1, 1, 2)), translate(0.3, 0, 0, sphere(0.9)))", true},
+                 {"torus(1, 0.3)", false}, {"difference(box(1, 1, 1), sphere(0.4))", false}, {"mirror(1, 0, 0, sphere(1))", false},
+                 {"smooth_union(0.2, sphere(1), box(1, 1, 1))", false}, {"repeat(3, 0, 0, 3, 0, 0, sphere(1))", false},
+                 {"twist(50, box(1, 1, 1))", false}, {"noise(0.1, 0.5, 0.5, 2, sphere(1))", false}, {"displace(0.1, 0.5, sphere(1))", false}};
+    uint64_t r = 5;
+    for (size_t k = 0; k < sizeof table / sizeof table[0]; k++) {
+        char text[256];
+        snprintf(text, sizeof text, "material a diffuse 1 1 1\nsolid a: %s", table[k].solid);
+        struct fv_fields f = read_text(text);
+        if (f.part[0].convex != table[k].is) fail_msg("%s: convex: %d", table[k].solid, f.part[0].convex);
+        for (int round = 0; round < 50 && table[k].is; round++) {
+            scatter(&r, 2);
+            for (int i = 0; i + 2 < POINTS; i += 3)
+                for (int c = 0; c < 3; c++) at[c][i + 2] = 0.5f * (at[c][i] + at[c][i + 1]);
+            probe_of((int)fv_cpu_isa())(&f, 0, 0, POINTS, points, value);
+            for (int i = 0; i + 2 < POINTS; i += 3)
+                if (value[i + 2] > 0.5f * (value[i] + value[i + 1]) + 1e-5f)
+                    fail_msg("%s: %g between %g and %g", table[k].solid, (double)value[i + 2], (double)value[i], (double)value[i + 1]);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(primitives), cmocka_unit_test(random_solids), cmocka_unit_test(steep), cmocka_unit_test(repetition),
-                                       cmocka_unit_test(extreme_places), cmocka_unit_test(scenes)};
+                                       cmocka_unit_test(extreme_places), cmocka_unit_test(scenes), cmocka_unit_test(convex)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 /* pyramid: starts lie before every surface; the picture is full marching's where all is masked, and in the fovea where
- * it is foveated; what is traced in turns comes to the same where nothing moves; thin wires stay; and pictures of odd
+ * it is foveated; what is traced in turns comes to the same where nothing moves; of many samples a pixel few
+ * come to what all do; thin wires stay; and pictures of odd
  * sizes, gazes anywhere, scenes without fields. */
 #include "rt/frame/loop.h"
 #include "rt/pass/pyramid.h"
@@ -48,7 +49,8 @@ static void open_stage(const char *scene, const char *const *sets, int count)
     open_loop(&s.pyramid, 1, "pyramid");
 }
 
-static void render(struct fv_loop *loop, double at_s, const double gaze[3])
+/* Returns primary rays. */
+static int64_t render(struct fv_loop *loop, double at_s, const double gaze[3])
 {
     struct fv_pose head;
     double both[2][3];
@@ -58,6 +60,7 @@ static void render(struct fv_loop *loop, double at_s, const double gaze[3])
     fv_path_pose(&s.config.scene_path, s.config.scene_path_seconds, (int64_t)(at_s * 1e9), &head);
     fv_loop_frame(loop, &head, (const double(*)[3])both, 0, (int64_t)(at_s * 1e9), &record);
     fv_pass_run(&fv_pass_present, &loop->frame, &s.workers);
+    return record.rays[FV_RAY_PRIMARY];
 }
 
 static const uint8_t *shown(const struct fv_loop *loop)
@@ -147,6 +150,27 @@ static void everything_masked_is_full(void **state)
     }
 }
 
+/* Of 16 samples a pixel few are taken where these agree, and the picture stays that of all; asked for all, all are taken. */
+static void samples_where_they_differ(void **state)
+{
+    (void)state;
+    static const double shares[] = {0.5, 0.75, 0.5}; /* of rays, from above: pixels are a third of a degree */
+    static const char *const agreeing[] = {"method.foveation=off", "method.ssaa=16", "method.spp=16"};
+    static const char *const all[] = {"method.foveation=off", "method.ssaa=16", "method.spp=16", "method.ssaa_contrast=0"};
+    for (int n = 0; n < 3; n++) {
+        double psnr[2], rays[2];
+        for (int k = 0; k < 2; k++) {
+            open_stage(scenes[n], k ? all : agreeing, k ? 4 : 3);
+            render(&s.full, 9.1, ahead);
+            rays[k] = (double)render(&s.pyramid, 9.1, ahead);
+            psnr[k] = compare(0, 181).psnr;
+        }
+        print_message("%s: %.3f of the rays, %.1f dB, of all %.1f dB\n", scenes[n], rays[0] / rays[1], psnr[0], psnr[1]);
+        assert_true(rays[1] >= 16.0 * PIXELS && rays[0] < shares[n] * rays[1]);
+        assert_true(psnr[0] > 42 && psnr[1] > 45);
+    }
+}
+
 static void foveated(void **state)
 {
     (void)state;
@@ -167,26 +191,59 @@ static void foveated(void **state)
 }
 
 /* Where nothing moves, tiles that are traced in turns come to what is traced in every frame; and a gaze that jumped
- * finds nothing left of before. */
+ * finds nothing left of before. Refined, in two rounds: what lies between tiles takes what is known of both. */
 static void turns_come_to_the_same(void **state)
 {
     (void)state;
     static const double aside[3] = {0.4, -0.2, -0.9};
     static uint8_t kept[4 * 320 * 288];
     static const char *const carries[] = {"method.carry=on", "method.carry=off"};
-    for (int n = 0; n < 4; n++) {
-        const char *const sets[] = {"method.lowest_deg=16", "fovea.inner_deg=5", "method.refresh=4", carries[n & 1]};
-        int refresh = n < 2 ? 2 : 4;
-        open_stage("scene.name=primitives", sets, 4);
+    for (int n = 0; n < 8; n++) {
+        bool refined = n >= 4;
+        const char *const sets[] = {"method.lowest_deg=16", "fovea.inner_deg=5", "method.refresh=4", carries[n & 1],
+                                    refined ? "method.contrast=0.25" : "method.contrast=1"};
+        int refresh = n & 2 ? 4 : 2;
+        open_stage("scene.name=primitives", sets, 5);
         s.config.method_refresh = 1;
         render(&s.pyramid, 3, aside);
         memcpy(kept, shown(&s.pyramid), (size_t)(4 * s.pyramid.frame.stride * HEIGHT));
         s.config.method_refresh = refresh;
         fv_loop_restart(&s.pyramid);
         render(&s.pyramid, 8, ahead);
-        for (int i = 0; i < refresh; i++) render(&s.pyramid, 3, aside);
+        for (int i = 0; i < (refined ? 2 : 1) * refresh; i++) render(&s.pyramid, 3, aside);
         for (int y = 0; y < HEIGHT; y++)
             assert_memory_equal(kept + 4 * y * s.pyramid.frame.stride, shown(&s.pyramid) + 4 * y * s.pyramid.frame.stride, 4 * WIDTH);
+    }
+}
+
+/* Of a floor with checks, foveated: PSNR against full marching, and rays. */
+static double floor_psnr(const char *contrast, const char *isa, double *rays)
+{
+    static const char text[] = "material a diffuse 0.8 0.75 0.7 checker 0.1 0.15 0.2 0.7\nsolid a: plane(0, 1, 0, -1)\n";
+    static char field[320];
+    const char *const sets[] = {field, "scene.file=", "scene.path=0 1 0 0 -35", "scene.path_seconds=0", "fovea.inner_deg=5",
+                                "method.lowest_deg=10", contrast, isa};
+    program_write("floor.field", text, strlen(text));
+    snprintf(field, sizeof field, "scene.fields=%s/floor.field", program_folder());
+    open_stage("scene.name=none", sets, 8);
+    render(&s.full, 0, (const double[3]){0, 0, -1});
+    render(&s.pyramid, 0, (const double[3]){0, 0, -1});
+    *rays = 0;
+    for (int w = 0; w < s.workers.count; w++) *rays += (double)s.pyramid.frame.scratch[w].rays[FV_RAY_PRIMARY];
+    return compare(0, 180).psnr;
+}
+
+/* Where only checks differ they are full marching's, and take no rays but along the fovea and the picture's border. */
+static void checks_are_painted(void **state)
+{
+    (void)state;
+    static const char *const isas[] = {"threads.isa=auto", "threads.isa=avx2", "threads.isa=base"};
+    for (int n = 0; n < 3; n++) {
+        double rays[2], plain = floor_psnr("method.contrast=1", isas[n], &rays[0]);
+        double painted = floor_psnr("method.contrast=0.25", isas[n], &rays[1]);
+        print_message("checks: %.1f dB and %.0f rays, %.1f dB and %.0f rays painted anew\n", plain, rays[0], painted, rays[1]);
+        assert_true(painted > plain + 8);
+        assert_true(rays[1] < 1.3 * rays[0]);
     }
 }
 
@@ -280,7 +337,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(starts_lie_before_surfaces), cmocka_unit_test(everything_masked_is_full),
-        cmocka_unit_test(foveated), cmocka_unit_test(turns_come_to_the_same), cmocka_unit_test(wires_stay),
-        cmocka_unit_test(scenes_without_fields), cmocka_unit_test(blur_stays_at_the_edge), cmocka_unit_test(edge_probabilities)};
+        cmocka_unit_test(samples_where_they_differ), cmocka_unit_test(foveated), cmocka_unit_test(turns_come_to_the_same),
+        cmocka_unit_test(wires_stay), cmocka_unit_test(checks_are_painted), cmocka_unit_test(scenes_without_fields),
+        cmocka_unit_test(blur_stays_at_the_edge), cmocka_unit_test(edge_probabilities)};
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }

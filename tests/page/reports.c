@@ -3,6 +3,7 @@
  * a notice where there is no Chromium. */
 #include "cli/measure_table.h"
 #include "cli/report.h"
+#include "rt/measure/picture.h"
 #include "tests/support/measure_rows.h"
 #include "tests/support/program.h"
 #include "tests/support/sample_session.h"
@@ -128,7 +129,7 @@ static void table_is_readable(void **unused)
     char name[48];
     (void)unused;
     if (!browser_is_there()) skip();
-    struct fv_table_report report = {&fv_table_weier2016, &sheet, 9, "a CPU, avx512, 2 threads; 1000 frames at 75 Hz"};
+    struct fv_table_report report = {.table = &fv_table_weier2016, .sheet = &sheet, .parts = 9, .about = "a CPU, avx512, 2 threads; 1000 frames at 75 Hz"};
     for (int i = 0; i < 9; i++) {
         double paper = i < 6 ? 1.92 : (double)NAN;
         snprintf(name, sizeof name, "%s/%s", scenes[i / 3], lights[i % 3]);
@@ -154,6 +155,90 @@ static void table_is_readable(void **unused)
     report.parts = 1;
     assert_int_equal(fv_table_page(&report, path_of("table.html"), &error), 0);
     assert_fine("table.html", 0, 0);
+}
+
+/* The rows of a kind at a radius, by samples and refresh rate. */
+static void add_field_rows(struct fv_sheet *sheet, const char *scene, const char *kind, double fovea_deg)
+{
+    static const char *const quantities[] = {"speedup", "steps_ratio", "ssim", "ssim_fovea", "ssim_mid", "ssim_far",
+                                             "flip", "flip_fovea", "flip_mid", "flip_far", "off_pixels", "cpu_ms"};
+    for (int i = 0; i < 5 * 3; i++) {
+        int ssaa = 1 << i % 5, refresh = 1 << i / 5;
+        const char *name = fv_row_polychronakis2023(scene, kind, ssaa, fovea_deg, refresh);
+        for (int q = 0; q < (fovea_deg > 7 ? 12 : 2); q++)
+            fv_sheet_add(sheet, name, quantities[q], "", q % 4 ? (double)NAN : 1.1 + q,
+                         q > 1 && ssaa == 4 ? (double)NAN : 0.31 * ssaa * (q + refresh) + fovea_deg);
+    }
+}
+
+/* All that the page may show, some of it without a number. */
+static void fields_are_readable(void **unused)
+{
+    static const char *const scenes[] = {"primitives", "columns", "temple"},
+                             *const every[] = {"ipr", "ipr-minimum"},
+                             *const foveated[] = {"fipr-masked", "fipr-minimum", "fipr-paper", "fipr-turning", "fipr-turning-stays"};
+    static struct fv_sheet sheet;
+    (void)unused;
+    if (!browser_is_there()) skip();
+    struct fv_table_report report = {.table = &fv_table_polychronakis2023, .sheet = &sheet, .parts = 15, .about = "a CPU, avx512, 2 threads; 3 frames at 90 Hz"};
+    for (int s = 0; s < 3; s++) {
+        for (int k = 0; k < 2; k++) add_field_rows(&sheet, scenes[s], every[k], 180);
+        for (int f = 1; f <= 6; f++) add_field_rows(&sheet, scenes[s], "fipr", 2.5 * f);
+        for (int k = 0; k < 5; k++) add_field_rows(&sheet, scenes[s], foveated[k], 7.5);
+    }
+    assert_int_equal(fv_table_page(&report, path_of("fields.html"), &error), 0);
+    assert_fine("fields.html", 4, 0);
+}
+
+/* Cells of Tables 2 and 3 and of Figures 6 to 8. */
+static void add_selective_rows(struct fv_sheet *sheet)
+{
+    static const char *const rows[] = {
+        "sponza/36spp", "sponza/1spp", "sponza/selective", "sponza/every", "sponza/sparse", "pipes/every", "atrium/sparse",
+        "sponza/smoothing/off", "sponza/smoothing/0.5", "sponza/smoothing/foveated", "sponza/reuse/0", "sponza/reuse/0.25",
+        "sponza/reuse/1", "sponza/reuse/8", "sponza/reuse/paper-a", "sponza/reuse/paper-b", "atrium/tolerance/low",
+        "atrium/tolerance/high", "atrium/view1/foveated", "atrium/view1/selective", "atrium/view2/foveated"};
+    static const char *const quantities[] = {
+        "speedup_vs_36spp", "speedup_vs_36spp_p25", "cpu_speedup_vs_36spp", "speedup_vs_selective", "psnr_fovea", "psnr_para",
+        "psnr_peri", "psnr_near", "psnr_far", "rays", "frame_ms", "cpu_ms", "reused_fraction", "extra_samples",
+        "extra_per_pixel", "extra_per_pixel_fovea"};
+    char quantity[40];
+    for (int r = 0; r < (int)(sizeof rows / sizeof rows[0]); r++)
+        for (int q = 0; q < (int)(sizeof quantities / sizeof quantities[0]); q++) {
+            double paper = q == 9 ? 426806e3 : q == 12 ? 0.1 + 0.02 * r : 31.7 + q + r, ours = q == 12 ? 0.05 * r - 0.5 : paper * 3;
+            bool printed = strstr(rows[r], "paper") != NULL;
+            fv_sheet_add(sheet, rows[r], quantities[q], "", printed || r % 2 ? paper : (double)NAN, printed ? (double)NAN : ours);
+        }
+    for (int e = 0; e <= 30; e++) {
+        snprintf(quantity, sizeof quantity, "tau_fov_at_%d", e);
+        fv_sheet_add(sheet, "atrium/tolerance/low", quantity, "", (double)NAN, 1 + 0.3 * e);
+        fv_sheet_add(sheet, "atrium/tolerance/high", quantity, "", (double)NAN, 9 + 0.3 * e);
+    }
+}
+
+static void selective_is_readable(void **unused)
+{
+    static const char *const maps[] = {"figure7-low", "figure7-high", "figure8-1-foveated", "figure8-1-selective", "figure8-2-foveated"};
+    static const uint8_t pixels[12 * 10 * 3] = {255};
+    const struct fv_metrics_picture picture = {12, 10, 3, 36, pixels};
+    static struct fv_sheet sheet;
+    char name[48];
+    (void)unused;
+    if (!browser_is_there()) skip();
+    struct fv_table_report report = {.table = &fv_table_kim2021, .sheet = &sheet, .parts = 8, .folder = program_folder(),
+                                     .about = "a CPU, avx512, 2 threads; 2 x 1280 x 1440 px; 12 frames at 80 Hz"};
+    for (int i = 0; i < 5; i++) {
+        snprintf(name, sizeof name, "%s.png", maps[i]);
+        assert_int_equal(fv_picture_png(&picture, path_of(name), &error), 0);
+    }
+    assert_int_equal(fv_picture_jpeg(&picture, path_of("figure7.jpg"), &error), 0);
+    add_selective_rows(&sheet);
+    assert_int_equal(fv_table_page(&report, path_of("selective.html"), &error), 0);
+    assert_fine("selective.html", 5, 6);
+    sheet.cells = 0;
+    report.parts = 0;
+    assert_int_equal(fv_table_page(&report, path_of("selective.html"), &error), 0);
+    assert_fine("selective.html", 0, 0);
 }
 
 /* Numbers of every size, infinite and none, long names. */
@@ -244,6 +329,8 @@ int main(void)
         cmocka_unit_test(faults_are_found),          cmocka_unit_test(run_is_readable),
         cmocka_unit_test(adaptation_is_readable),    cmocka_unit_test(measure_is_readable),
         cmocka_unit_test(strange_rows_are_readable), cmocka_unit_test(table_is_readable),
+        cmocka_unit_test(fields_are_readable),
+        cmocka_unit_test(selective_is_readable),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }

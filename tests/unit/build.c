@@ -56,6 +56,28 @@ static void finish(struct fv_build *b)
     if (fv_build_finish(b, &scene, &error)) fail_msg("%s", error.text);
 }
 
+/* What is counted is not kept; what was there before is, and stays first. */
+static void rehearsed_scenes_are_the_same(void **state)
+{
+    (void)state;
+    const float other[3][3] = {{0, 0, 1}, {3, 0, 1}, {0, 3, 1}};
+    struct fv_build *b = start();
+    add(b, corner_xy, NULL, 0);
+    for (int pass = 0; pass < 2; pass++) {
+        fv_build_rehearse(b, pass == 0);
+        assert_int_equal(fv_build_vertices(b), 3);
+        for (int i = 0; i < 1000; i++) add(b, other, NULL, 0);
+        assert_int_equal(fv_build_vertices(b), 3003);
+    }
+    add(b, corner_xy, NULL, 0);
+    finish(b);
+    assert_int_equal(scene.triangles, 1002);
+    assert_int_equal(scene.vertices, 3006);
+    assert_float_equal(scene.position[3], 2, 0);
+    for (int i = 1; i <= 1000; i++) assert_float_equal(scene.position[9 * i + 3], 3, 0);
+    assert_float_equal(scene.position[9 * 1001 + 3], 2, 0);
+}
+
 static void rejects_what_cannot_be_traced(void **state)
 {
     (void)state;
@@ -448,6 +470,7 @@ static void absurd_pictures(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rehearsed_scenes_are_the_same),
         cmocka_unit_test(rejects_what_cannot_be_traced),
         cmocka_unit_test(extreme_sizes_are_kept),
         cmocka_unit_test(opaque_first_order_kept),

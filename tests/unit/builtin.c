@@ -12,23 +12,26 @@
 #include <cmocka.h>
 
 /* Loaded once for all tests: the arena gives nothing back. */
-static struct fv_scene atrium, again, cornell;
+static struct fv_scene atrium, again, cornell, pipes, pipes_again, more_pipes;
 
-static void load(struct fv_scene *scene, const char *name)
+static void load(struct fv_scene *scene, const char *name, double detail)
 {
     struct fv_error error = {""};
     struct fv_build *build = fv_build_create(name);
     memset(scene, 0, sizeof *scene);
-    if (fv_builtin_read(build, name, &error) || fv_build_finish(build, scene, &error))
+    if (fv_builtin_read(build, name, detail, &error) || fv_build_finish(build, scene, &error))
         fail_msg("%s", error.text);
 }
 
 static int load_all(void **state)
 {
     (void)state;
-    load(&atrium, "atrium");
-    load(&again, "atrium");
-    load(&cornell, "cornell");
+    load(&atrium, "atrium", 1);
+    load(&again, "atrium", 1);
+    load(&cornell, "cornell", 1);
+    load(&pipes, "pipes", 0.02);
+    load(&pipes_again, "pipes", 0.02);
+    load(&more_pipes, "pipes", 0.1);
     return 0;
 }
 
@@ -39,7 +42,7 @@ static void test_unknown_name(void **state)
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         struct fv_error error = {""};
         struct fv_build *build = fv_build_create("nothing");
-        assert_int_equal(fv_builtin_read(build, names[i], &error), -1);
+        assert_int_equal(fv_builtin_read(build, names[i], 1, &error), -1);
         assert_non_null(strstr(error.text, "builtin:atrium"));
         fv_build_destroy(build);
     }
@@ -76,6 +79,16 @@ static void test_features(void **state)
          1,
          {-1.4f, 0, -1.4f},
          {1.4f, 2.8f, 1.4f}},
+        {&pipes,
+         FV_SCENE_SPECULAR | FV_SCENE_MIRRORS | FV_SCENE_EMISSIVE,
+         300000,
+         500000,
+         0,
+         25,
+         0,
+         0,
+         {-400, -0.2f, -400},
+         {400, 60, 400}},
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         const struct fv_scene *s = rows[i].scene;
@@ -132,6 +145,7 @@ static void test_records(void **state)
     (void)state;
     check_records(&atrium);
     check_records(&cornell);
+    check_records(&pipes);
 }
 
 static void corners(const struct fv_scene *s, int64_t triangle, double p[3][3])
@@ -170,6 +184,39 @@ static void test_facing(void **state)
     (void)state;
     check_facing(&atrium);
     check_facing(&cornell);
+    check_facing(&pipes);
+}
+
+/* Of the plant: curved surfaces are smooth, so that at every corner the normal, of unit length, lies near the
+ * triangle's own; and no triangle is a sliver thinner than a tenth of a millimetre. */
+static void test_smooth(void **state)
+{
+    (void)state;
+    for (int64_t i = 0; i < pipes.triangles; i++) {
+        double p[3][3], n[3], longest = 0;
+        corners(&pipes, i, p);
+        area_vector(p, n);
+        double area = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        for (int k = 0; k < 3; k++) {
+            const int16_t *g = pipes.triangle[i].normal[k];
+            double length = sqrt((double)g[0] * g[0] + (double)g[1] * g[1] + (double)g[2] * g[2]);
+            assert_true(fabs(length - 32767) < 2);
+            assert_true(n[0] * g[0] + n[1] * g[1] + n[2] * g[2] > 0.75 * length * area);
+            double edge = 0;
+            for (int j = 0; j < 3; j++) edge += (p[(k + 1) % 3][j] - p[k][j]) * (p[(k + 1) % 3][j] - p[k][j]);
+            longest = fmax(longest, sqrt(edge));
+        }
+        assert_true(area > 1e-4 * longest);
+    }
+}
+
+/* Detail adds pipes, and leaves the site as it is. */
+static void test_detail(void **state)
+{
+    (void)state;
+    assert_true(more_pipes.triangles > pipes.triangles + 200000);
+    assert_memory_equal(pipes.bounds, more_pipes.bounds, sizeof pipes.bounds);
+    assert_int_equal(pipes.materials, more_pipes.materials);
 }
 
 /* Glass must enclose a volume: a ray that goes in must come out. Summed over a closed surface the
@@ -264,6 +311,7 @@ static void test_repeatable(void **state)
 {
     (void)state;
     assert_true(hash_scene(&atrium) == hash_scene(&again));
+    assert_true(hash_scene(&pipes) == hash_scene(&pipes_again));
     assert_false(hash_scene(&atrium) == hash_scene(&cornell));
 }
 
@@ -274,6 +322,7 @@ int main(void)
         cmocka_unit_test(test_records),      cmocka_unit_test(test_facing),
         cmocka_unit_test(test_glass_closed), cmocka_unit_test(test_texel_density),
         cmocka_unit_test(test_textures),     cmocka_unit_test(test_repeatable),
+        cmocka_unit_test(test_smooth),       cmocka_unit_test(test_detail),
     };
     return cmocka_run_group_tests(tests, load_all, NULL);
 }

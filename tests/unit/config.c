@@ -35,6 +35,17 @@ static void lists_go_on_over_lines(void **state)
     assert_int_equal(config.scene_point_lights.count, 0);
 }
 
+/* Settings of the method selective at the ends of what is possible. */
+static void limits_of_lists(void **state)
+{
+    (void)state;
+    assert_int_equal(load_text("[selective]\nfoveal_deg = 0\npara_deg = 0\nperi_deg = 180\nnear_deg = 180\nouter_deg = 180\n"
+                               "shape = 0 0 0 1e6\nsamples = 1 64\n  64 1\nalpha = 0 1 0 1 0 1\n", NULL), 0);
+    assert_int_equal(config.selective_samples.count, 4);
+    assert_true(config.selective_samples.value[2] == 64);
+    assert_true(config.selective_alpha.value[5] == 1);
+}
+
 /* Every key prints as text that reads back to the same value. */
 static void text_reads_back(void **state)
 {
@@ -89,6 +100,20 @@ static const struct {
     {"[gpio]\nline = 1\n", NULL, "test.ini:2: unknown section [gpio]"},
     {"[method]\nsupport = 5\n", NULL, "test.ini:2: method.support: 5: must be 4, 8 or 16"},
     {"[method]\ncluster = 3\n", NULL, "test.ini:2: method.cluster: 3: must be 1, 2 or 4"},
+    {"[selective]\npara_deg = 3\n", NULL, "test.ini:2: selective.para_deg: 3 is less than selective.foveal_deg = 3.3"},
+    {"[selective]\nperi_deg = 5\n", NULL, "selective.peri_deg: 5 is less than selective.para_deg = 5.5"},
+    {"[selective]\nnear_deg = 12\n", NULL, "selective.near_deg: 12 is less than selective.peri_deg = 12.1"},
+    {"[selective]\nnear_deg = 50\n", NULL, "selective.outer_deg: 45 is less than selective.near_deg = 50"},
+    {"[selective]\nfoveal_deg = nan\n", NULL, "out of range"},
+    {"[selective]\nshape = 1 2 12\n", NULL, "test.ini:2: selective.shape: a row of 3 numbers, needs 4 (tau_0 tau_f tau'_f tau_np)"},
+    {"[selective]\nshape = 1 2 3 4, 1 2 3 4\n", NULL, "selective.shape: 2 rows, must be one of 4 numbers (tau_0 tau_f tau'_f tau_np)"},
+    {"[selective]\nshape =\n", NULL, "test.ini:2: selective.shape: 0 rows, must be one of 4 numbers"},
+    {"", "selective.shape=1 2 -0.5 12", "--set: selective.shape: -0.5: must be numbers from 0 to 1e+06"},
+    {"", "selective.samples=9 4 2.5 1", "--set: selective.samples: 2.5: must be whole numbers from 1 to 64"},
+    {"", "selective.samples=9 4 2 0", "selective.samples: 0: must be whole numbers from 1 to 64"},
+    {"", "selective.samples=65 4 2 1", "selective.samples: 65: must be whole numbers from 1 to 64"},
+    {"", "selective.alpha=1 1 1 1 0 -0.1", "selective.alpha: -0.1: must be numbers from 0 to 1"},
+    {"", "selective.alpha=1 1 1 1", "selective.alpha: a row of 4 numbers, needs 6"},
     {"", "fovea.p_min", "--set: 'fovea.p_min': must be section.key=value"},
     {"", "p_min=0.1", "--set: unknown key 'p_min'"},
     {"", "fovea.nothing=1", "--set: unknown key 'fovea.nothing'"},
@@ -131,6 +156,7 @@ int main(void)
         cmocka_unit_test(later_wins),           cmocka_unit_test(lists_go_on_over_lines),
         cmocka_unit_test(text_reads_back),      cmocka_unit_test(bad_input_says_where),
         cmocka_unit_test(odd_files),
+        cmocka_unit_test(limits_of_lists),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }

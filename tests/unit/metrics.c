@@ -219,6 +219,29 @@ static void zones_of_views(void **state)
     }
 }
 
+/* Limits of one's own: those of the table are its zones; a pixel's number is that of the limits it lies beyond. */
+static void zones_beyond_limits(void **state)
+{
+    static const double limits_deg[] = {7.5, 20}, tables_deg[] = {3.3, 5.5, 12.1, 30};
+    static uint8_t own[80 * 60], tables[80 * 60], none[80 * 60];
+    struct fv_lens lens = {0.9, 0.8, 0.7, 1, 80, 60};
+    struct fv_pose pose = {{1, 2, 3}, {0.8, 0.6, 0, 0}};
+    struct fv_view view;
+    (void)state;
+    fv_view_set(&view, &lens, &pose, (double[3]){0.2, -0.1, -1});
+    fv_zones_beyond(&view, limits_deg, 2, own);
+    fv_zones_beyond(&view, tables_deg, 4, tables);
+    fv_zones_beyond(&view, limits_deg, 0, none);
+    fv_zones_of_view(&view, j.zone);
+    assert_memory_equal(tables, j.zone, sizeof tables);
+    for (int i = 0; i < 80 * 60; i++) {
+        double e = (double)fv_eccentricity_deg(&view, (float)(i % 80) + 0.5f, (float)(i / 80) + 0.5f);
+        assert_int_equal(none[i], 0);
+        if (fabs(e - 7.5) < 1e-3 || fabs(e - 20) < 1e-3) continue;
+        assert_int_equal(own[i], (e > 7.5) + (e > 20));
+    }
+}
+
 /* A zone's values are the means of its own pixels, and the picture's those of its zones. */
 static void zones_are_shares_of_the_picture(void **state)
 {
@@ -263,6 +286,7 @@ int main(void)
         cmocka_unit_test(threads_change_no_bit),
         cmocka_unit_test(zones_of_pictures),
         cmocka_unit_test(zones_of_views),
+        cmocka_unit_test(zones_beyond_limits),
         cmocka_unit_test(zones_are_shares_of_the_picture),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

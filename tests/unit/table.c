@@ -21,7 +21,7 @@ static const char *path_of(const char *name)
 
 static const char *text_of(const char *name)
 {
-    static char text[1 << 18];
+    static char text[1 << 19];
     program_slurp(path_of(name), text, sizeof text);
     return text;
 }
@@ -131,11 +131,22 @@ static void a_table_has_every_row(void **state)
     assert_non_null(strstr(text_of("whole/report.html"), "<html"));
 }
 
+static double row_of(const char *csv, const char *scene, const char *row, const char *quantity)
+{
+    char cell[128];
+    snprintf(cell, sizeof cell, "\n%s/%s,%s,", scene, row, quantity);
+    const char *at = strstr(csv, cell);
+    if (!at) fail_msg("no cell %s", cell);
+    for (int comma = 0; comma < 2; comma++) at = strchr(at + (comma ? 1 : (int)strlen(cell)), ',');
+    return at[1] == '\n' ? NAN : strtod(at + 1, NULL);
+}
+
 /* Every kind, number of samples, radius and refresh rate, once each, with the paper's number where it prints one. */
 static void fields_have_their_table(void **state)
 {
     static const char *const scenes[] = {"primitives", "columns", "temple"};
-    char cell[96];
+    static const char *const areas[] = {"_fovea", "_mid", "_far", ""};
+    char row[96], name[32];
     int rows = 0;
     (void)state;
     struct program_result r = program("measure --table polychronakis2023 --set display.width=48 --set display.height=40 "
@@ -144,19 +155,88 @@ static void fields_have_their_table(void **state)
     assert_non_null(strstr(r.errors, "15 of 15 parts"));
     const char *csv = text_of("fields/table-polychronakis2023.csv");
     for (const char *at = csv; (at = strstr(at, ",speedup,")); at++) rows++;
-    assert_int_equal(rows, 3 * (4 + 18 + 4 * (1 + 2 * 18) + 1));
-    for (int s = 0; s < 3; s++)
+    assert_int_equal(rows, 3 * (1 + 18 + 2 + 5 + 4 * 37 + 2 * 5));
+    for (int s = 0; s < 3; s++) {
         for (int ssaa = 1; ssaa <= 16; ssaa *= 4) {
-            snprintf(cell, sizeof cell, "\n%s/ipr/ssaa%d/fovea180/refresh1,ssim,,", scenes[s], ssaa);
-            assert_true(ours(csv, cell) > 0.99 && ours(csv, cell) <= 1);
-            snprintf(cell, sizeof cell, "\n%s/fipr/ssaa%d/fovea7.5/refresh4,steps_ratio,,", scenes[s], ssaa);
-            assert_true(ours(csv, cell) > 1.5);
-            snprintf(cell, sizeof cell, "\n%s/fipr/ssaa%d/fovea7.5/refresh4,speedup,,", scenes[s], ssaa);
-            assert_true(ours(csv, cell) > 0);
+            snprintf(row, sizeof row, "ipr/ssaa%d/fovea180/refresh1", ssaa);
+            double ssim = row_of(csv, scenes[s], row, "ssim"), off = row_of(csv, scenes[s], row, "off_pixels");
+            assert_true(ssim > 0.99 && ssim <= 1 && off >= 0 && off < 1e4);
+            snprintf(row, sizeof row, "fipr/ssaa%d/fovea7.5/refresh4", ssaa);
+            assert_true(row_of(csv, scenes[s], row, "steps_ratio") > 1.5);
+            assert_true(row_of(csv, scenes[s], row, "speedup") > 0);
+            for (int a = 0; a < 4; a++) {
+                snprintf(name, sizeof name, "flip%s", areas[a]);
+                double flip = row_of(csv, scenes[s], row, name);
+                assert_true(flip >= 0 && flip < 0.5);
+            }
+            assert_true(row_of(csv, scenes[s], row, "ssim_fovea") > row_of(csv, scenes[s], row, "ssim"));
+            assert_true(row_of(csv, scenes[s], row, "flip_fovea") < row_of(csv, scenes[s], row, "flip_far"));
         }
+        /* Where the head turns, all refreshed is as where it rests; the paper's way has no lowest
+           level to save steps. */
+        assert_true(row_of(csv, scenes[s], "fipr-turning/ssaa1/fovea7.5/refresh1", "ssim") ==
+                    row_of(csv, scenes[s], "fipr/ssaa1/fovea7.5/refresh1", "ssim"));
+        assert_true(row_of(csv, scenes[s], "fipr-turning/ssaa1/fovea7.5/refresh4", "ssim") <
+                    row_of(csv, scenes[s], "fipr/ssaa1/fovea7.5/refresh4", "ssim"));
+        assert_true(row_of(csv, scenes[s], "fipr-turning-stays/ssaa1/fovea7.5/refresh4", "steps_ratio") > 1);
+        assert_true(row_of(csv, scenes[s], "ipr-minimum/ssaa1/fovea180/refresh1", "off_pixels") >=
+                    row_of(csv, scenes[s], "ipr/ssaa1/fovea180/refresh1", "off_pixels"));
+        assert_true(row_of(csv, scenes[s], "fipr-paper/ssaa1/fovea7.5/refresh1", "steps_ratio") <=
+                    row_of(csv, scenes[s], "fipr-minimum/ssaa1/fovea7.5/refresh1", "steps_ratio"));
+    }
     assert_non_null(strstr(csv, "\ntemple/fipr/ssaa16/fovea7.5/refresh4,speedup,,8.83,"));
+    assert_non_null(strstr(csv, "\ntemple/fipr-paper/ssaa16/fovea7.5/refresh4,speedup,,8.83,"));
     assert_non_null(strstr(csv, "\nprimitives/ipr/ssaa1/fovea180/refresh1,flip,,0.05056,"));
-    assert_non_null(strstr(text_of("fields/report.html"), "Figure 12"));
+    const char *page = text_of("fields/report.html");
+    assert_non_null(strstr(page, "Figure 12"));
+    assert_non_null(strstr(page, "Under motion"));
+    assert_non_null(strstr(page, "By eccentricity"));
+    assert_non_null(strstr(page, "Where rays start"));
+}
+
+/* A scene's rows, and the figures of samples: counted ones are as many as were traced. Parts can be had one by one. */
+static void selective_has_its_table(void **state)
+{
+    static const char *const ways[] = {"36spp", "1spp", "selective", "every", "sparse"};
+    static const char *const samples[] = {"tolerance/low", "tolerance/high", "view1/foveated", "view1/selective",
+                                          "view2/foveated", "view2/selective"};
+    char cell[96];
+    (void)state;
+    for (int part = 0; part < 2; part++) {
+        struct program_result r = program("measure --table kim2021 --part %s --frames 1 --set display.width=48 --set "
+                                          "display.height=40 --set scene.library= --set scene.detail=0.01 --out selective",
+                                          part ? "figure" : "table2");
+        if (r.code != 0) fail_msg("%s", r.errors);
+        assert_non_null(strstr(r.errors, "rows of sponza are left out"));
+        assert_non_null(strstr(r.errors, part ? "4 of 8 parts" : "2 of 8 parts"));
+    }
+    const char *csv = text_of("selective/table-kim2021.csv");
+    for (int w = 0; w < 5; w++) {
+        snprintf(cell, sizeof cell, "\natrium/%s,frame_ms,ms,", ways[w]);
+        assert_true(ours(csv, cell) > 0);
+        snprintf(cell, sizeof cell, "\natrium/%s,psnr_near,dB,", ways[w]);
+        assert_true(ours(csv, cell) > 10 && ours(csv, cell) < 99);
+    }
+    assert_true(ours(csv, "\natrium/every,speedup_vs_36spp,,") > 1);
+    assert_true(ours(csv, "\natrium/sparse,speedup_vs_selective,,") > 0);
+    assert_true(ours(csv, "\natrium/36spp,rays,rays,") > 20 * ours(csv, "\natrium/1spp,rays,rays,"));
+    assert_true(ours(csv, "\natrium/sparse,rays,rays,") < ours(csv, "\natrium/every,rays,rays,"));
+    assert_true(ours(csv, "\natrium/36spp,psnr_near,dB,") > ours(csv, "\natrium/1spp,psnr_near,dB,"));
+    for (int i = 0; i < 6; i++) {
+        snprintf(cell, sizeof cell, "\natrium/%s,primary_rays,rays,", samples[i]);
+        double rays = ours(csv, cell);
+        snprintf(cell, sizeof cell, "\natrium/%s,extra_samples,samples,", samples[i]);
+        assert_true(ours(csv, cell) > 0);
+        assert_true(rays == 48 * 40 + ours(csv, cell));
+    }
+    assert_true(ours(csv, "\natrium/tolerance/low,extra_samples,samples,") >
+                ours(csv, "\natrium/tolerance/high,extra_samples,samples,"));
+    assert_true(ours(csv, "\natrium/tolerance/low,tau_fov_at_0,,") == 1);
+    assert_true(ours(csv, "\natrium/tolerance/high,tau_fov_at_30,,") == 20);
+    const char *page = text_of("selective/report.html");
+    assert_non_null(strstr(page, "Table 2"));
+    assert_non_null(strstr(page, "Figure 8"));
+    assert_non_null(strstr(page, "data:image/png;base64,"));
 }
 
 static void what_is_there_is_not_measured_again(void **state)
@@ -197,6 +277,8 @@ static void bad_requests_are_refused(void **state)
                {"--table weier2016 --frames 0", "--frames 0"},
                {"--table weier2016 --frames 1000000", "--frames 1000000: at most"},
                {"--table weier2016 whole", "not expected here"},
+               {"--table weier2016 --part nix", "no part's name begins so; there are: sponza-point"},
+               {"--part sponza", "goes with --table"},
                {"--table weier2016 --set fovea.p_min=2", "out of range"},
                {"--table weier2016 --out a.part", "Not a directory"},
                {"--frames 3", "--frames 3: goes with --table"}};
@@ -230,7 +312,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cells_come_back),       cmocka_unit_test(damaged_parts_are_refused),
         cmocka_unit_test(flights_cover_the_way), cmocka_unit_test(a_table_has_every_row),
-        cmocka_unit_test(fields_have_their_table),
+        cmocka_unit_test(fields_have_their_table), cmocka_unit_test(selective_has_its_table),
         cmocka_unit_test(what_is_there_is_not_measured_again), cmocka_unit_test(bad_requests_are_refused),
         cmocka_unit_test(stops_when_told)};
     return cmocka_run_group_tests(tests, NULL, program_clean);

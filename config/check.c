@@ -1,0 +1,65 @@
+/* check: settings that a range of their own cannot judge; see check.h. */
+#include "config/check.h"
+
+#include <math.h>
+#include <stdbool.h>
+
+static int check_order(const struct fv_config *c, struct fv_error *error)
+{
+    const struct {
+        const char *key, *inner_key;
+        double value, inner;
+    } pairs[] = {
+        {"fovea.outer_deg", "fovea.inner_deg", c->fovea_outer_deg, c->fovea_inner_deg},
+        {"selective.para_deg", "selective.foveal_deg", c->selective_para_deg, c->selective_foveal_deg},
+        {"selective.peri_deg", "selective.para_deg", c->selective_peri_deg, c->selective_para_deg},
+        {"selective.near_deg", "selective.peri_deg", c->selective_near_deg, c->selective_peri_deg},
+        {"selective.outer_deg", "selective.near_deg", c->selective_outer_deg, c->selective_near_deg},
+    };
+    for (unsigned i = 0; i < sizeof pairs / sizeof pairs[0]; i++)
+        if (pairs[i].value < pairs[i].inner)
+            return fv_config_error(error, pairs[i].key, "%g is less than %s = %g", pairs[i].value,
+                                   pairs[i].inner_key, pairs[i].inner);
+    return 0;
+}
+
+/* Lists of one row, whose numbers have a range. */
+static int check_lists(const struct fv_config *c, struct fv_error *error)
+{
+    const struct {
+        const char *key;
+        const struct fv_list *list;
+        double least, most;
+        bool whole;
+    } rows[] = {
+        {"selective.shape", &c->selective_shape, 0, 1e6, false},
+        {"selective.samples", &c->selective_samples, 1, 64, true},
+        {"selective.alpha", &c->selective_alpha, 0, 1, false},
+    };
+    for (unsigned i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        const struct fv_key *key = fv_key_find(rows[i].key);
+        const struct fv_list *list = rows[i].list;
+        if (list->count != key->columns)
+            return fv_config_error(error, rows[i].key, "%d rows, must be one of %d numbers (%s)",
+                                   list->count / key->columns, key->columns, key->unit);
+        for (int n = 0; n < list->count; n++) {
+            double value = list->value[n];
+            bool fits = value >= rows[i].least && value <= rows[i].most;
+            if (!fits || (rows[i].whole && value != floor(value)))
+                return fv_config_error(error, rows[i].key, "%g: must be %s from %g to %g", value,
+                                       rows[i].whole ? "whole numbers" : "numbers", rows[i].least,
+                                       rows[i].most);
+        }
+    }
+    return 0;
+}
+
+int fv_config_check(const struct fv_config *c, struct fv_error *error)
+{
+    if (check_order(c, error) || check_lists(c, error)) return -1;
+    if (c->method_support != 4 && c->method_support != 8 && c->method_support != 16)
+        return fv_config_error(error, "method.support", "%lld: must be 4, 8 or 16",
+                               (long long)c->method_support);
+    if (c->method_cluster == 3) return fv_config_error(error, "method.cluster", "3: must be 1, 2 or 4");
+    return 0;
+}
