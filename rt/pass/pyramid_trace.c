@@ -51,17 +51,30 @@ static void put_samples(struct fv_samples *s, const struct passed *p)
     s->started = true;
 }
 
+static inline float greatest(float a, float b, float c)
+{
+    float ab = a > b ? a : b;
+    return ab > c ? ab : c;
+}
+
 /* Of the samples just traced, the greatest inverse depth of each and of those next to it in the tile. */
 static void take_nearest(const struct fv_samples *s, const struct fv_tile *tile, float nearest[FV_SAMPLES_MAX])
 {
-    enum { ROW = FV_TILE / 2 + 2 };
-    float tiled[ROW][ROW] = {{0}}, scale = 1 / (float)(1 << tile->density);
-    for (int i = 0; i < s->count; i++)
-        tiled[1 + (int)((s->y[i] - (float)tile->y0) * scale)][1 + (int)((s->x[i] - (float)tile->x0) * scale)] = s->inverse_depth[i];
+    enum { SIDE = FV_TILE / 2, ROW = SIDE + 2 };
+    float tiled[ROW][ROW] = {{0}}, across[ROW][SIDE], around[SIDE][SIDE], scale = 1 / (float)(1 << tile->density);
+    uint8_t at[FV_SAMPLES_MAX][2];
     for (int i = 0; i < s->count; i++) {
-        int x = (int)((s->x[i] - (float)tile->x0) * scale), y = (int)((s->y[i] - (float)tile->y0) * scale);
-        nearest[i] = 0;
-        for (int k = 0; k < 9; k++) nearest[i] = fmaxf(nearest[i], tiled[y + k / 3][x + k % 3]);
+        at[i][0] = (uint8_t)((s->x[i] - (float)tile->x0) * scale);
+        at[i][1] = (uint8_t)((s->y[i] - (float)tile->y0) * scale);
+        tiled[1 + at[i][1]][1 + at[i][0]] = s->inverse_depth[i];
+    }
+    for (int y = 0; y < ROW; y++)
+        for (int x = 0; x < SIDE; x++) across[y][x] = greatest(tiled[y][x], tiled[y][x + 1], tiled[y][x + 2]);
+    for (int y = 0; y < SIDE; y++)
+        for (int x = 0; x < SIDE; x++) around[y][x] = greatest(across[y][x], across[y + 1][x], across[y + 2][x]);
+    for (int i = 0; i < s->count; i++) {
+        float there = around[at[i][1]][at[i][0]];
+        nearest[i] = there > 0 ? there : 0;
     }
 }
 
