@@ -69,7 +69,8 @@ static inline bool fv_stopped_before(float start, float hit, float radius)
 float fv_edge_probability(float eccentricity_deg);
 
 /* Rows of a lower level's tile and of the pixels around it, first to last: of each four that lie around a point, whether
- * some channel differs by more than `step` of 1023, and by more than `faint`. n points a row, a bit each from bit 0 on;
+ * some channel differs by more than `step` of 1024 times the brightest channel and a quarter, and by more than `faint`.
+ * Errors show in the dark: a step of full scale alone would pass them over. n points a row, a bit each from bit 0 on;
  * n at most 17 and as many rows of them. */
 enum { FV_CONTRAST_POINTS = FV_TILE / 2 + 1 };
 struct fv_contrast {
@@ -88,18 +89,21 @@ static inline uint32_t fv_seen(int part, float inverse_depth)
     return ((bits + FV_SEEN_PART / 2) & ~(uint32_t)FV_SEEN_PART) | (uint32_t)(part + 1);
 }
 
-/* Pixels of the picture between pixels of a lower level. Where the four around one show the same part's checks, lie on
- * a plane and are lit alike, its colour is theirs with its own checks in place of theirs. */
+/* Cells between four neighbouring pixels of a lower level, each of the size x size pixels of the picture that lie between
+ * their middles. Where the four show the same part's checks, lie on a plane and are lit alike, the cell's pixels have
+ * their colour with checks of their own in place of theirs. */
+enum { FV_CELLS_MAX = FV_CONTRAST_POINTS * FV_CONTRAST_POINTS, FV_CELLS_PADDED = (FV_CELLS_MAX + 15) / 16 * 16 };
+enum { FV_CELL_PIXELS = 96 * 16 }; /* of 9 x 9 of 4 x 4; of 17 x 17 of 2 x 2 they are fewer; padded */
 struct fv_repaint {
     const struct fv_scene *scene;
     const struct fv_view *view;
     int count;
-    const float *x, *y;          /* pixel coordinates; padded */
-    float x0, y0, size;          /* the lower level's: the first's middle, and how far apart they are */
+    const int32_t *column, *row; /* of the cells: their first pixel, in rows of pixels; padded, as what follows */
+    float x0, y0, size;          /* the lower level's: the first's middle, and how far apart they are: 2 or 4 */
     const uint32_t *pixel, *seen; /* rows of them */
     int stride;                  /* of both */
-    uint32_t *colour;            /* out; padded */
-    int32_t *painted;            /* out: mask; padded */
+    int32_t *painted;            /* out: mask of each cell */
+    uint32_t *colour;            /* out: of painted ones, cell by cell, row by row */
 };
 
 /* A tile of a level, as the kernel takes it. */

@@ -7,76 +7,49 @@
 
 void repaint(const struct fv_repaint *r);
 
-/* The four pixels around, row by row, and what lies between them last. */
-enum { AROUND = 4, BETWEEN = AROUND, PLACES };
-struct places {
-    vi part, same;        /* `same`: mask, all show its checks */
-    vf w[PLACES], weight[AROUND];
-    vf3 direction[PLACES], point[PLACES], normal, light[AROUND]; /* light: what comes from there, by the exposure */
+/* The four pixels around a cell, row by row. */
+enum { AROUND = 4 };
+
+/* As many cells as there are lanes, and what stands in them: of the pixels around, inverse depths, light that comes from
+ * there and what they reflect, by channel. */
+struct cells {
+    _Alignas(64) float w[AROUND][FV_WIDTH], light[AROUND][3][FV_WIDTH], albedo[AROUND][3][FV_WIDTH], normal[3][FV_WIDTH];
+    _Alignas(64) float x[FV_WIDTH], y[FV_WIDTH]; /* of the first pixel around */
+    _Alignas(64) int32_t part[FV_WIDTH];
 };
 
-static inline void put(struct places *p, int k, const struct fv_view *view, vf x, vf y, vf w)
+static inline void put3(float to[3][FV_WIDTH], vf3 v)
+{
+    vf_store(to[0], v.x);
+    vf_store(to[1], v.y);
+    vf_store(to[2], v.z);
+}
+
+static inline vf3 direction_of(const struct fv_view *view, vf x, vf y)
 {
     vf3 across = vf3_scale(vf3_of(view->dx), x), along = vf3_scale(vf3_of(view->dy), y);
-    p->w[k] = w;
-    p->direction[k] = vf3_add(vf3_of(view->corner), vf3_add(across, along));
-    p->point[k] = vf3_add(vf3_of(view->origin), vf3_scale(p->direction[k], 1.0f / w));
+    return vf3_add(vf3_of(view->corner), vf3_add(across, along));
 }
 
-static inline vf3 cross(vf3 a, vf3 b)
+static inline vf3 point_of(const struct fv_view *view, vf3 direction, vf w)
 {
-    return (vf3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    return vf3_add(vf3_of(view->origin), vf3_scale(direction, 1.0f / w));
 }
 
-/* False where none of the lanes can be painted. */
-static inline bool find(const struct fv_repaint *r, int i, struct places *p)
+/* What checks of these parts reflect in these lanes. */
+static inline vf3 reflect(const struct fv_repaint *r, vi mask, vi parts, vf3 point, vf3 direction, vf3 normal, vf w)
 {
-    const float flat = 2.5e-4f; /* of the inverse depth: a quarter of a headset's pixel */
-    vf x = vf_load(r->x + i), y = vf_load(r->y + i), u = (x - r->x0) / r->size, v = (y - r->y0) / r->size;
-    vf column = vf_floor(u), row = vf_floor(v), fx = u - column, fy = v - row, w[AROUND], unit = vf_of(1);
-    vi known = vi_lanes() < r->count - i, at = (vi_from(row) * r->stride + vi_from(column)) & known, first = at;
-    p->same = known;
-    for (int k = 0; k < AROUND; k++) {
-        vi from = at + (k & 1) + (k >> 1) * r->stride, seen = vi_gather(r->seen, from);
-        if (k == 0) first = seen & FV_SEEN_PART;
-        p->same &= (seen & FV_SEEN_PART) == first;
-        w[k] = (vf)(seen & ~FV_SEEN_PART);
-        p->weight[k] = (k & 1 ? fx : 1.0f - fx) * (k >> 1 ? fy : 1.0f - fy);
-    }
-    p->same &= (first != 0) & (vf_abs(w[0] + w[3] - w[1] - w[2]) <= flat * w[0]);
-    if (!vi_any(p->same)) return false;
-    for (int k = 0; k < AROUND; k++) {
-        vi from = at + (k & 1) + (k >> 1) * r->stride;
-        p->light[k] = pixel_decode(pixel_unpack(vi_gather(r->pixel, from)));
-    }
-    p->part = first - 1;
-    vf between = vf_of(0);
-    for (int k = 0; k < AROUND; k++) {
-        w[k] = vf_select(p->same, w[k], unit);
-        between += w[k] * p->weight[k];
-        put(p, k, r->view, r->x0 + (column + (float)(k & 1)) * r->size, r->y0 + (row + (float)(k >> 1)) * r->size, w[k]);
-    }
-    put(p, BETWEEN, r->view, x, y, between);
-    vf3 across = vf3_sub(p->point[1], p->point[0]), along = vf3_sub(p->point[2], p->point[0]);
-    p->normal = vf3_normalise(cross(across, along), (vf3){vf_of(0), unit, vf_of(0)});
-    return true;
-}
-
-/* What each place reflects, by its own checks. */
-static inline void reflect(const struct fv_repaint *r, const struct places *p, vf3 albedo[PLACES])
-{
-    for (int k = 0; k < PLACES; k++) albedo[k] = vf3_of((float[3]){0, 0, 0});
-    for (unsigned pending = vi_bits(p->same); pending;) {
-        int id = p->part[__builtin_ctz(pending)];
-        vi lanes = p->same & (p->part == id);
+    vf3 albedo = vf3_of((float[3]){0, 0, 0});
+    for (unsigned pending = vi_bits(mask); pending;) {
+        int id = parts[__builtin_ctz(pending)];
+        vi lanes = mask & (parts == id);
         pending &= ~vi_bits(lanes);
         const struct fv_field_part *part = &r->scene->fields.part[id];
-        for (int k = 0; k < PLACES; k++) {
-            vf3 diffuse = vf3_of(r->scene->material[part->material].diffuse);
-            field_checks(part, lanes, p->point[k], p->direction[k], p->normal, r->view->pixel_size / p->w[k], &diffuse);
-            albedo[k] = vf3_select(lanes, diffuse, albedo[k]);
-        }
+        vf3 diffuse = vf3_of(r->scene->material[part->material].diffuse);
+        field_checks(part, lanes, point, direction, normal, r->view->pixel_size / w, &diffuse);
+        albedo = vf3_select(lanes, diffuse, albedo);
     }
+    return albedo;
 }
 
 static inline vf sum_of(vf3 a)
@@ -84,26 +57,105 @@ static inline vf sum_of(vf3 a)
     return a.x + a.y + a.z;
 }
 
-void repaint(const struct fv_repaint *r)
+/* The cells from i on: which show one part's checks, on a plane. */
+static inline vi same_of(const struct fv_repaint *r, vi at, vi known, vf w[AROUND], vi *part)
+{
+    const float flat = 2.5e-4f; /* of the inverse depth: a quarter of a headset's pixel */
+    vi same = known, first = vi_of(0);
+    for (int k = 0; k < AROUND; k++) {
+        vi seen = vi_gather(r->seen, at + (k & 1) + (k >> 1) * r->stride);
+        if (k == 0) first = seen & FV_SEEN_PART;
+        same &= (seen & FV_SEEN_PART) == first;
+        w[k] = (vf)(seen & ~FV_SEEN_PART);
+    }
+    *part = first - 1;
+    return same & (first != 0) & (vf_abs(w[0] + w[3] - w[1] - w[2]) <= flat * w[0]);
+}
+
+/* Of the cells from i on, those that can be painted, and what they are painted by. */
+static inline vi find(const struct fv_repaint *r, int i, struct cells *c)
 {
     const float alike = 0.15f, least = 1e-3f;
+    vi known = vi_lanes() < r->count - i, column = vi_load(r->column + i) & known, row = vi_load(r->row + i) & known;
+    vi at = row * r->stride + column, part;
+    vf w[AROUND], darkest = vf_of(1e30f), brightest = vf_of(0);
+    vf x = r->x0 + vf_from(column) * r->size, y = r->y0 + vf_from(row) * r->size;
+    vi same = same_of(r, at, known, w, &part);
+    vf3 direction[AROUND], point[AROUND];
+    if (!vi_any(same)) return same;
+    for (int k = 0; k < AROUND; k++) {
+        w[k] = vf_select(same, w[k], vf_of(1));
+        direction[k] = direction_of(r->view, x + (float)(k & 1) * r->size, y + (float)(k >> 1) * r->size);
+        point[k] = point_of(r->view, direction[k], w[k]);
+    }
+    vf3 normal = vf3_normalise(vf3_cross(vf3_sub(point[1], point[0]), vf3_sub(point[2], point[0])),
+                               (vf3){vf_of(0), vf_of(1), vf_of(0)});
+    for (int k = 0; k < AROUND; k++) {
+        vf3 albedo = reflect(r, same, part, point[k], direction[k], normal, w[k]);
+        vf3 light = pixel_decode(pixel_unpack(vi_gather(r->pixel, at + (k & 1) + (k >> 1) * r->stride)));
+        vf lit = sum_of(light) / vf_max(sum_of(albedo), vf_of(least));
+        darkest = vf_min(darkest, lit), brightest = vf_max(brightest, lit);
+        vf_store(c->w[k], w[k]);
+        put3(c->light[k], light);
+        put3(c->albedo[k], albedo);
+    }
+    put3(c->normal, normal);
+    vf_store(c->x, x);
+    vf_store(c->y, y);
+    vi_store(c->part, part);
+    return same & (brightest - darkest <= alike * brightest);
+}
+
+/* Which cell each lane's pixel is of; all of them of the same one where a cell has as many pixels. */
+struct lanes {
+    bool one;
+    int cell;
+    vi cells;
+};
+
+static inline vf of_cell(const float value[FV_WIDTH], const struct lanes *l)
+{
+    return l->one ? vf_of(value[l->cell]) : vf_gather(value, l->cells);
+}
+
+static inline vf3 of_cell3(float value[3][FV_WIDTH], const struct lanes *l)
+{
+    return (vf3){of_cell(value[0], l), of_cell(value[1], l), of_cell(value[2], l)};
+}
+
+/* As many of the cells' pixels as there are lanes, the first of them number `first`; a cell has 1 << (2 shift). */
+static inline vi paint(const struct fv_repaint *r, struct cells *c, int first, int shift)
+{
+    vi number = first + vi_lanes(), side = vi_of((1 << shift) - 1);
+    struct lanes l = {.one = FV_WIDTH <= 1 << 2 * shift, .cell = first >> 2 * shift, .cells = number >> 2 * shift};
+    vf in_x = vf_from(number & side) + 0.5f, in_y = vf_from((number >> shift) & side) + 0.5f;
+    vf fx = in_x / r->size, fy = in_y / r->size, w = vf_of(0);
+    vf3 light = vf3_of((float[3]){0, 0, 0}), mean = light;
+    for (int k = 0; k < AROUND; k++) {
+        vf weight = (k & 1 ? fx : 1.0f - fx) * (k >> 1 ? fy : 1.0f - fy);
+        w += of_cell(c->w[k], &l) * weight;
+        light = vf3_add(light, vf3_scale(of_cell3(c->light[k], &l), weight));
+        mean = vf3_add(mean, vf3_scale(of_cell3(c->albedo[k], &l), weight));
+    }
+    vf low = vf_of(1e-3f);
+    vi part = l.one ? vi_of(c->part[l.cell]) : vi_gather(c->part, l.cells);
+    vf3 direction = direction_of(r->view, of_cell(c->x, &l) + in_x, of_cell(c->y, &l) + in_y);
+    vf3 own = reflect(r, part >= 0, part, point_of(r->view, direction, w), direction, of_cell3(c->normal, &l), w);
+    vf3 linear = {light.x * own.x / vf_max(mean.x, low), light.y * own.y / vf_max(mean.y, low),
+                  light.z * own.z / vf_max(mean.z, low)};
+    return pixel_encode(linear, 1);
+}
+
+void repaint(const struct fv_repaint *r)
+{
+    int shift = r->size > 3 ? 2 : 1, pixels = 1 << 2 * shift;
     for (int i = 0; i < r->count; i += FV_WIDTH) {
-        struct places p;
-        vf3 albedo[PLACES], light = vf3_of((float[3]){0, 0, 0}), mean = light;
-        vi_store(r->painted + i, vi_of(0));
-        if (!find(r, i, &p)) continue;
-        reflect(r, &p, albedo);
-        vf darkest = vf_of(1e30f), brightest = vf_of(0);
-        for (int k = 0; k < AROUND; k++) {
-            vf lit = sum_of(p.light[k]) / vf_max(sum_of(albedo[k]), vf_of(least));
-            darkest = vf_min(darkest, lit), brightest = vf_max(brightest, lit);
-            light = vf3_add(light, vf3_scale(p.light[k], p.weight[k]));
-            mean = vf3_add(mean, vf3_scale(albedo[k], p.weight[k]));
-        }
-        vf low = vf_of(least);
-        vf3 linear = {light.x * albedo[BETWEEN].x / vf_max(mean.x, low), light.y * albedo[BETWEEN].y / vf_max(mean.y, low),
-                      light.z * albedo[BETWEEN].z / vf_max(mean.z, low)};
-        vi_store(r->colour + i, pixel_encode(linear, 1));
-        vi_store(r->painted + i, p.same & (brightest - darkest <= alike * brightest));
+        struct cells cells;
+        vi painted = find(r, i, &cells);
+        vi_store(r->painted + i, painted);
+        unsigned wanted = vi_bits(painted), together = FV_WIDTH > pixels ? (1u << FV_WIDTH / pixels) - 1 : 1;
+        for (int first = 0; wanted && first < FV_WIDTH * pixels; first += FV_WIDTH)
+            if (wanted >> (first >> 2 * shift) & together)
+                vi_store(r->colour + i * pixels + first, paint(r, &cells, first, shift));
     }
 }

@@ -37,7 +37,7 @@ static bool take(const struct fv_frame *f, const struct fv_tile *tile, struct lo
     l->checks = seen != NULL;
     l->contrast.n = n;
     l->contrast.step = (int)(f->pyramid.contrast * 1023);
-    l->contrast.faint = l->checks ? l->contrast.step / 4 : l->contrast.step;
+    l->contrast.faint = l->checks ? l->contrast.step / 8 : l->contrast.step;
     for (int y = 0; y <= n; y++) fv_raster_row(r, 0, x0, y0 + y, n + 1, l->contrast.pixel[y]);
     f->kernels->contrast(&l->contrast);
     bool any = false;
@@ -105,18 +105,41 @@ static void place(struct fv_samples *s, const struct fv_tile *tile, int size, co
     s->count = n;
 }
 
-/* Of the placed samples, those that need no ray, into the tile's pixels; others are left. */
-static void repaint(struct fv_frame *f, const struct fv_tile *tile, int size, const struct lower *l, const struct marks *m,
-                    uint16_t at[FV_SAMPLES_MAX], uint32_t *to)
+/* The cells in which something is marked, row by row; returns how many. */
+static int list_cells(const struct lower *l, int32_t column[FV_CELLS_PADDED], int32_t row[FV_CELLS_PADDED])
 {
-    struct fv_samples *s = &f->scratch[tile->worker].samples;
-    _Alignas(64) uint32_t colour[FV_SAMPLES_MAX];
-    _Alignas(64) int32_t painted[FV_SAMPLES_MAX];
+    int n = 0;
+    for (int y = 0; y < l->contrast.n; y++)
+        for (uint32_t left = l->contrast.faintly[y]; left; left &= left - 1) {
+            column[n] = __builtin_ctz(left);
+            row[n++] = y;
+        }
+    return n;
+}
+
+/* The marked pixels of a cell, whose corner lies there in the tile, into these; none is marked any longer. */
+static void put_cell(struct marks *m, int x0, int y0, int size, const uint32_t *colour, uint32_t *to, int64_t stride)
+{
+    uint32_t all = (1u << size) - 1, square = x0 < 0 ? all >> -x0 : all << x0;
+    for (int y = y0; y < y0 + size; y++, colour += size) {
+        if (y < 0 || y >= FV_TILE) continue;
+        uint32_t left = m->row[y] & square;
+        m->row[y] &= ~square;
+        for (; left; left &= left - 1) to[y * stride + __builtin_ctz(left)] = colour[__builtin_ctz(left) - x0];
+    }
+}
+
+/* What needs no ray, into the tile's pixels; others are left. */
+static void repaint(struct fv_frame *f, const struct fv_tile *tile, int size, const struct lower *l, struct marks *m,
+                    uint32_t *to)
+{
+    _Alignas(64) uint32_t colour[FV_CELL_PIXELS];
+    _Alignas(64) int32_t painted[FV_CELLS_PADDED], column[FV_CELLS_PADDED], row[FV_CELLS_PADDED];
     struct fv_repaint r = {.scene = f->tracer->data,
                            .view = &f->view[tile->eye],
-                           .count = s->count,
-                           .x = s->x,
-                           .y = s->y,
+                           .count = list_cells(l, column, row),
+                           .column = column,
+                           .row = row,
                            .x0 = (float)tile->x0 - 0.5f * (float)size,
                            .y0 = (float)tile->y0 - 0.5f * (float)size,
                            .size = (float)size,
@@ -125,29 +148,23 @@ static void repaint(struct fv_frame *f, const struct fv_tile *tile, int size, co
                            .stride = sizeof l->seen[0] / sizeof l->seen[0][0],
                            .colour = colour,
                            .painted = painted};
-    int64_t stride = f->raster[FV_FINE][tile->eye].stride;
     f->kernels->repaint(&r);
-    s->count = 0;
-    for (int i = 0; i < r.count; i++) {
-        if (painted[i]) {
-            to[at[i] / FV_TILE * stride + at[i] % FV_TILE] = colour[i];
-            continue;
-        }
-        if (!(m->traced[at[i] / FV_TILE] >> at[i] % FV_TILE & 1)) continue;
-        int n = s->count++;
-        s->x[n] = s->x[i], s->y[n] = s->y[i], at[n] = at[i];
-    }
+    for (int i = 0; i < r.count; i++)
+        if (painted[i])
+            put_cell(m, column[i] * size - size / 2, row[i] * size - size / 2, size, colour + i * size * size, to,
+                     f->raster[FV_FINE][tile->eye].stride);
+    for (int y = 0; y < FV_TILE; y++) m->row[y] &= m->traced[y];
 }
 
 /* The marked pixels of the tile. Returns rays. */
-static int sharpen(struct fv_frame *f, const struct fv_tile *tile, int size, const struct lower *l, const struct marks *m)
+static int sharpen(struct fv_frame *f, const struct fv_tile *tile, int size, const struct lower *l, struct marks *m)
 {
     struct fv_worker_scratch *w = &f->scratch[tile->worker];
     const struct fv_raster *raster = fv_tile_raster(f, tile);
     uint32_t *to = raster->colour + fv_tile_row(f, tile, 0);
     uint16_t at[FV_SAMPLES_MAX];
+    if (l->checks) repaint(f, tile, size, l, m, to);
     place(&w->samples, tile, size, m, at);
-    if (l->checks) repaint(f, tile, size, l, m, at, to);
     int n = w->samples.count, rays = n > 0 ? fv_pyramid_shade(f, tile, f->parameters.spp_middle) : 0;
     for (int i = 0; i < n; i++)
         to[at[i] / FV_TILE * raster->stride + at[i] % FV_TILE] = w->pixel[FV_PLANE_BASE][i] | FV_PIXEL_SAMPLED;
