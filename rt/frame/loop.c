@@ -54,7 +54,6 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
                                      .spp_passed = (int)c->method_ssaa_passed,
                                      .ssaa_contrast = (float)c->method_ssaa_contrast,
                                      .edge = (float)c->method_edge,
-                                     .contrast = (float)c->method_contrast,
                                      .lowest_deg = (float)c->method_lowest_deg};
     /* What is refined is what was sampled, without history. */
     f->keep = strcmp(c->method_history, "keep") == 0 && !f->refined;

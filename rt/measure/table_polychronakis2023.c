@@ -8,8 +8,8 @@
  * Rows are SCENE/KIND/ssaaN/foveaDEG/refreshN. KIND: ipr, every pixel (fovea180); fipr, N samples of the fovea, of edges
  * and of the middle level too, as the paper has it; fipr-masked, N samples only of the fovea and of edges. For 1 and 16
  * samples: ipr-unculled, where neither side leaves parts of the fields out; ipr-minimum and fipr-minimum, whose rays
- * start at the paper's least of 3 x 3 distances; fipr-paper, which has neither our lowest level nor carries anything
- * over. For one sample: fipr-turning and fipr-turning-stays, the head turning, what is not refreshed carried over or
+ * start at the paper's least of 3 x 3 distances; fipr-unrefined, where colours that differ stay as the lower levels have
+ * them; fipr-paper, which has neither that nor our lowest level nor carries anything over. For one sample: fipr-turning and fipr-turning-stays, the head turning, what is not refreshed carried over or
  * standing as in the paper; and full itself by other steps (full-plain, full-relaxed) than those of the settings, which
  * all others take, full too. Scenes are ours, after the paper's. */
 #include "rt/measure/table.h"
@@ -44,7 +44,7 @@ static const double foveas_deg[] = {2.5, 5, 7.5, 10, 12.5, 15};
 static const int refreshes[] = {1, 2, 4};
 enum { FOVEAS = sizeof foveas_deg / sizeof foveas_deg[0], REFRESHES = sizeof refreshes / sizeof refreshes[0] };
 
-enum kind_name { IPR, UNCULLED, IPR_MINIMUM, PLAIN, RELAXED, FIPR, MASKED, FIPR_MINIMUM, PAPERS, TURNING, STAYING, KINDS };
+enum kind_name { IPR, UNCULLED, IPR_MINIMUM, PLAIN, RELAXED, FIPR, MASKED, FIPR_MINIMUM, UNREFINED, PAPERS, TURNING, STAYING, KINDS };
 static const struct kind {
     const char *name;
     bool full;     /* not the pyramid */
@@ -52,6 +52,7 @@ static const struct kind {
     bool one;      /* sample a pixel of the lower levels */
     bool minimum;  /* starts as in the paper */
     bool middle;   /* nothing below the middle level */
+    bool unrefined; /* colours that differ stay as the lower levels have them */
     bool stays;    /* what is not refreshed is not carried over */
     bool turning;
     bool beside_paper;
@@ -64,11 +65,13 @@ static const struct kind {
     [FIPR] = {.name = "fipr", .foveated = true, .beside_paper = true},
     [MASKED] = {.name = "fipr-masked", .foveated = true, .one = true},
     [FIPR_MINIMUM] = {.name = "fipr-minimum", .foveated = true, .minimum = true},
-    [PAPERS] = {.name = "fipr-paper", .foveated = true, .minimum = true, .middle = true, .stays = true, .beside_paper = true},
+    [UNREFINED] = {.name = "fipr-unrefined", .foveated = true, .unrefined = true},
+    [PAPERS] = {.name = "fipr-paper", .foveated = true, .minimum = true, .middle = true, .unrefined = true, .stays = true,
+                .beside_paper = true},
     [TURNING] = {.name = "fipr-turning", .foveated = true, .turning = true},
     [STAYING] = {.name = "fipr-turning-stays", .foveated = true, .stays = true, .turning = true},
 };
-enum { ENTRIES_MAX = 16 + 2 * FOVEAS * REFRESHES, PLACES_MAX = 64, SETTLED = 1, SETTLED_TURNING = 5 };
+enum { ENTRIES_MAX = 18 + 2 * FOVEAS * REFRESHES, PLACES_MAX = 64, SETTLED = 1, SETTLED_TURNING = 5 };
 
 /* Errors are also taken apart by eccentricity, at the radius of Table 1. */
 #define TABLE_1_DEG 7.5
@@ -137,8 +140,10 @@ static void add_whole(int ssaa)
     add_entry(UNCULLED, 180, 1);
     add_entry(IPR_MINIMUM, 180, 1);
     add_entry(FIPR_MINIMUM, TABLE_1_DEG, 1);
-    add_entry(PAPERS, TABLE_1_DEG, 1);
-    add_entry(PAPERS, TABLE_1_DEG, 4);
+    for (int kind = UNREFINED; kind <= PAPERS; kind++) {
+        add_entry((enum kind_name)kind, TABLE_1_DEG, 1);
+        add_entry((enum kind_name)kind, TABLE_1_DEG, 4);
+    }
     if (ssaa > 1) return;
     for (int kind = PLAIN; kind <= RELAXED; kind++) add_entry((enum kind_name)kind, 180, 1);
     for (int r = 0; r < REFRESHES; r++) add_entry(TURNING, TABLE_1_DEG, refreshes[r]);
@@ -253,6 +258,7 @@ static void render_entry(struct entry *e, int place, const struct fv_sweep_frame
     c->method_refresh = e->refresh;
     c->method_ssaa = bench.ssaa;
     c->method_ssaa_middle = k->one ? 1 : bench.ssaa;
+    c->method_contrast = k->unrefined ? 1 : bench.of->config->method_contrast;
     p->foveated = k->foveated;
     p->minimum = k->minimum;
     p->lowest_deg = k->middle ? 181 : (float)c->method_lowest_deg;

@@ -48,9 +48,10 @@ static void reproject_parameters(const struct fv_config *config, int level, stru
 
 /* From twice the settings' radius and probability to the least of all. */
 static const struct {
-    float radius, p_scale; /* factors */
-    int refresh, ssaa;     /* refresh: times as long; ssaa: a part of */
-} pyramid_levels[] = {{2, 2, 1, 1}, {1, 1, 1, 1}, {1, 1, 2, 1}, {1, 0.5f, 2, 4}, {0.7f, 0.5f, 4, 4}, {0.5f, 0, 4, 16}};
+    float radius, p_scale, contrast; /* factors */
+    int refresh, ssaa;               /* refresh: times as long; ssaa: a part of */
+} pyramid_levels[] = {{2, 2, 0.7f, 1, 1},   {1, 1, 1, 1, 1},         {1, 1, 1, 2, 1},
+                      {1, 0.5f, 1.5f, 2, 4}, {0.7f, 0.5f, 2, 4, 4}, {0.5f, 0, 8, 4, 16}};
 enum { PYRAMID_LEVELS = 1 + sizeof pyramid_levels / sizeof pyramid_levels[0] };
 
 static void pyramid_parameters(const struct fv_config *config, int level, struct fv_parameters *out)
@@ -61,11 +62,13 @@ static void pyramid_parameters(const struct fv_config *config, int level, struct
         .spp_middle = (int)config->method_ssaa_middle,
         .spacing = (int)config->method_support,
         .p_scale = (float)config->method_p_scale,
+        .contrast = (float)config->method_contrast,
         .refresh = (int)config->method_refresh,
     };
     if (level == 0) return;
     scale_radii(&out->foveal, pyramid_levels[level - 1].radius, 1);
     out->p_scale *= pyramid_levels[level - 1].p_scale;
+    out->contrast = fminf(out->contrast * pyramid_levels[level - 1].contrast, 1);
     out->refresh *= pyramid_levels[level - 1].refresh;
     out->spp = (out->spp + pyramid_levels[level - 1].ssaa - 1) / pyramid_levels[level - 1].ssaa;
     out->spp_middle = (out->spp_middle + pyramid_levels[level - 1].ssaa - 1) / pyramid_levels[level - 1].ssaa;

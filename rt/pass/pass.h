@@ -101,7 +101,6 @@ struct fv_pyramid {
     int spp_passed;   /* samples of lower levels' pixels in which something lies that their ray passed by */
     float ssaa_contrast; /* of a pixel's first samples, up to which they agree; 0: all are taken */
     float edge;       /* relative step of distance that is an edge */
-    float contrast;   /* step of colour, of 1, between pixels of lower levels that is refined; 1: none */
     float lowest_deg; /* eccentricity beyond which colour comes from the lowest level */
 };
 
@@ -138,6 +137,7 @@ struct fv_parameters {
     int spacing; /* pixels between support nodes: 4, 8 or 16, not fewer than method.support */
     /* Of the method pyramid (pass/pyramid.h): */
     float p_scale;      /* factor on the probability of edges */
+    float contrast;     /* of colours, between pixels of lower levels, beyond which is refined; 1: nowhere */
     int refresh, spp_middle;
     /* Of the method selective (pass/selective.h): */
     float tolerance;    /* factor on tau_fov; and whether that is 1 instead, wherever the eye looks: */

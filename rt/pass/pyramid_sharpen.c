@@ -36,7 +36,7 @@ static bool take(const struct fv_frame *f, const struct fv_tile *tile, struct lo
     int n = fv_tile_side(tile) + 1, x0 = (tile->x0 >> tile->density) - 1, y0 = (tile->y0 >> tile->density) - 1;
     l->checks = seen != NULL;
     l->contrast.n = n;
-    l->contrast.step = (int)(f->pyramid.contrast * 1023);
+    l->contrast.step = (int)(f->parameters.contrast * 1024);
     l->contrast.faint = l->checks ? l->contrast.step / 8 : l->contrast.step;
     for (int y = 0; y <= n; y++) fv_raster_row(r, 0, x0, y0 + y, n + 1, l->contrast.pixel[y]);
     f->kernels->contrast(&l->contrast);
@@ -193,7 +193,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     uint64_t masked = ((const uint64_t *)f->buffer[FV_MASKED][0])[tile->index];
     struct lower lower;
     struct marks marks = {.any = false};
-    if (!f->pyramid.foveated || f->pyramid.contrast >= 1) return 0;
+    if (!f->pyramid.foveated || f->parameters.contrast >= 1) return 0;
     if (state->waits && !f->pyramid.carry) {
         if (fv_pyramid_stays(f, tile)) state->density = FV_FINE;
         return 0;
@@ -221,7 +221,7 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
                    double units[2])
 {
     const float steps = 0.06f; /* of pixels, from above */
-    if (!f->pyramid.foveated || f->pyramid.contrast >= 1) return;
+    if (!f->pyramid.foveated || p->contrast >= 1) return;
     for (int d = (int)p->foveal.r0_deg; d < FV_DEGREES; d++)
         units[0] += (double)(rings->pixels[d] * steps * (float)p->spp_middle);
 }
