@@ -111,6 +111,7 @@ void carry(struct fv_carry *c)
         uint32_t *to = c->raster->colour + (c->y0 + y) * c->raster->stride + c->x0, failed = 0;
         if (!(c->blocks >> row & 255)) continue;
         for (int x = 0; x < c->side; x += FV_WIDTH) {
+            if (!(c->blocks >> (row + x / FV_BLOCK) & ((1u << FV_WIDTH / FV_BLOCK) - 1))) continue;
             struct place place = find(c, &cells, x, y);
             vi pixel, none = fetch(c, &place, &pixel);
             vi_store(to + x, pixel);

@@ -62,6 +62,16 @@ static void leave(struct marks *m, uint64_t blocks)
     }
 }
 
+/* Blocks of the tile in which something is marked. */
+static uint64_t marked_blocks(const struct marks *m)
+{
+    uint64_t blocks = 0;
+    for (int y = 0; y < FV_TILE; y++)
+        for (uint32_t left = m->row[y]; left; left &= ~(15u << (__builtin_ctz(left) & ~3)))
+            blocks |= 1ull << (y / FV_BLOCK * FV_BLOCKS + __builtin_ctz(left) / FV_BLOCK);
+    return blocks;
+}
+
 /* Faint differences count where all four show checks. */
 static void keep_checks(struct lower *l)
 {
@@ -157,13 +167,12 @@ static void repaint(struct fv_frame *f, const struct fv_tile *tile, int size, co
 }
 
 /* The marked pixels of the tile. Returns rays. */
-static int sharpen(struct fv_frame *f, const struct fv_tile *tile, int size, const struct lower *l, struct marks *m)
+static int sharpen(struct fv_frame *f, const struct fv_tile *tile, int size, const struct marks *m)
 {
     struct fv_worker_scratch *w = &f->scratch[tile->worker];
     const struct fv_raster *raster = fv_tile_raster(f, tile);
     uint32_t *to = raster->colour + fv_tile_row(f, tile, 0);
     uint16_t at[FV_SAMPLES_MAX];
-    if (l->checks) repaint(f, tile, size, l, m, to);
     place(&w->samples, tile, size, m, at);
     int n = w->samples.count, rays = n > 0 ? fv_pyramid_shade(f, tile, f->parameters.spp_middle) : 0;
     for (int i = 0; i < n; i++)
@@ -171,14 +180,14 @@ static int sharpen(struct fv_frame *f, const struct fv_tile *tile, int size, con
     return rays;
 }
 
-/* Of a tile that is not traced again: its blocks but the masked ones, as the last frame showed them. Returns those that
- * it did not show, or not at the highest level. */
-static uint64_t carry(struct fv_frame *f, const struct fv_tile *tile, uint64_t masked)
+/* Of a tile that is not traced again: these blocks, as the last frame showed them. Returns those that it did not show, or
+ * not at the highest level. */
+static uint64_t carry(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
 {
     uint32_t *to = fv_tile_raster(f, tile)->colour + fv_tile_row(f, tile, 0), copy[FV_TILE][FV_TILE];
     int64_t stride = fv_tile_raster(f, tile)->stride;
     for (int y = 0; y < FV_TILE; y++) memcpy(copy[y], to + y * stride, sizeof copy[y]);
-    uint64_t failed = fv_pyramid_carry(f, tile, fv_tile_inside(f, tile) & ~masked), stay = masked | failed;
+    uint64_t failed = fv_pyramid_carry(f, tile, blocks), stay = ~blocks | failed;
     for (; stay; stay &= stay - 1) {
         int x = __builtin_ctzll(stay) % FV_BLOCKS * FV_BLOCK, y0 = __builtin_ctzll(stay) / FV_BLOCKS * FV_BLOCK;
         for (int y = y0; y < y0 + FV_BLOCK; y++) memcpy(to + y * stride + x, copy[y] + x, FV_BLOCK * sizeof *to);
@@ -200,15 +209,16 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     }
     fine.density = FV_FINE;
     if (tile->density == FV_FINE) level.density = FV_COARSE;
-    bool whole = masked == fv_tile_inside(f, &fine), carried = state->waits && f->pyramid.carry && !whole;
-    if (!whole && take(f, &level, &lower)) mark(f, &level, masked, &lower, &marks);
-    if (marks.any || (carried && state->holds[1] & 1)) {
+    if (masked != fv_tile_inside(f, &fine) && take(f, &level, &lower)) mark(f, &level, masked, &lower, &marks);
+    if (marks.any) {
+        uint32_t *to = fv_tile_raster(f, &fine)->colour + fv_tile_row(f, &fine, 0);
         if (tile->density != FV_FINE) fv_pyramid_fill(f, tile, ~0ull);
-        if (carried) leave(&marks, ~carry(f, &fine, masked));
         state->density = FV_FINE;
+        if (lower.checks) repaint(f, &fine, 1 << level.density, &lower, &marks, to);
+        if (state->waits) leave(&marks, ~carry(f, &fine, marked_blocks(&marks)));
     }
     state->holds[0] |= state->density == FV_FINE;
-    return marks.any ? sharpen(f, &fine, 1 << level.density, &lower, &marks) : 0;
+    return marks.any ? sharpen(f, &fine, 1 << level.density, &marks) : 0;
 }
 
 /* The lower levels are good enough. */
