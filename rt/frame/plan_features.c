@@ -119,7 +119,7 @@ static void choose_maps(struct fv_plan *p, const struct fv_scene *s, const struc
     if (why) fv_plan_add(p, "feature", "light maps", false, fv_visibility_bytes(s, side), "%s", why);
     else
         fv_plan_add(p, "feature", "light maps", true, fv_visibility_bytes(s, side),
-                    "of %d of %d points and suns, %d texels a side: shadows in the periphery without rays%s", maps,
+                    "of %d of %d points and suns, %d texels a side: shadows in the periphery without rays, but where a map is too coarse%s", maps,
                     lights, side, maps < lights ? "; rays to the rest" : "");
 }
 
