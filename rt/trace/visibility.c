@@ -116,7 +116,8 @@ static void place_sun(struct fv_light_map *m, const struct fv_scene *s)
     }
 }
 
-enum { BLOCK = 64, BLOCKS_MAX = FV_MAP_SIDE_MAX / BLOCK, SHARE = 20 };
+/* A block is too coarse where more than one in so many nodes stands out. */
+enum { BLOCK = 32, BLOCKS_MAX = FV_MAP_SIDE_MAX / BLOCK, SHARE = 10 };
 
 /* A face under way. */
 struct making {

@@ -15,8 +15,8 @@
  * a map is wrong on as many of the surfaces behind. It shows where it is so: a node that is met alone is nearer
  * to the light than those on either side of it in its row or column, by more than two texels' widths, and one
  * that alone goes through is farther. A slanted or bent surface and the edge of what is wider go one way. Where
- * more than one in 20 nodes of a block of 64 x 64 stand out so, all of the block's say so in their last bit, and
- * shadows there are taken from rays: nearly everywhere in a plant of pipes, at a few ropes and leaves in a hall. */
+ * more than one in 10 nodes of a block of 32 x 32 stand out so, all of the block's say so in their last bit, and
+ * shadows there are taken from rays: nearly everywhere in a plant of pipes, at a few leaves in a hall. */
 #ifndef FV_TRACE_VISIBILITY_H
 #define FV_TRACE_VISIBILITY_H
 

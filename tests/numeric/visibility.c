@@ -292,7 +292,7 @@ static void what_is_too_fine_is_left_to_rays(void **state)
     static const struct {
         int bars, side;
         bool coarse;
-    } rows[] = {{200, 64, true}, {200, 150, true}, {120, 64, true}, {40, 1000, false}, {1, 64, false}, {0, 64, false}};
+    } rows[] = {{200, 64, true}, {200, 150, true}, {200, 100, true}, {40, 1000, false}, {1, 64, false}, {0, 64, false}};
     struct fv_view view = view_down(0);
     for (unsigned r = 0; r < 2 * sizeof rows / sizeof rows[0]; r++) {
         struct fv_light light = r % 2 ? light_at(FV_LIGHT_SUN, -0.2, 1, 0.1) : light_at(FV_LIGHT_POINT, 0.3, 3, 0.2);
