@@ -176,87 +176,76 @@ struct line {
     double fovea_deg;
 };
 
+enum { LINES_MAX = 8 };
+
+static const struct section {
+    const char *heading, *note;
+    const struct column *column;
+    struct line line[LINES_MAX]; /* those without a name are none */
+} sections[] = {
+    {"Table 1",
+     "Against full marching, one sample a pixel, fovea of 7.5\xC2\xB0, everything refreshed. The paper's numbers "
+     "stand beside our way and beside its own, built here.",
+     columns,
+     {{"ipr", "IPR", 1, 1, 180},
+      {"ipr-minimum", "IPR, least of 3 \xC3\x97 3", 1, 1, 180},
+      {"fipr", "FIPR", 1, 1, 7.5},
+      {"fipr-paper", "FIPR, as the paper", 1, 1, 7.5}}},
+    {"By eccentricity",
+     "The same errors within the fovea, from there to 20\xC2\xB0, and beyond: of the whole picture the fovea is "
+     "hardly a fiftieth. Against full marching of as many samples a pixel.",
+     by_area,
+     {{"ipr", "IPR", 1, 1, 180},
+      {"fipr", "FIPR", 1, 1, 7.5},
+      {"fipr-paper", "FIPR, as the paper", 1, 1, 7.5},
+      {"fipr", "FIPR, 16 samples", 16, 1, 7.5},
+      {"fipr-masked", "FIPR, 16 where masked", 16, 1, 7.5}}},
+    {"Under motion",
+     "The head turns by 20\xC2\xB0/s and moves aside by 0.3 m/s, lights move; FIPR at 7.5\xC2\xB0, one sample, "
+     "against full marching of the same instant. What is not refreshed moves with the head, or stands as in the "
+     "paper.",
+     turning,
+     {{"fipr-turning", "all refreshed", 1, 1, 7.5},
+      {"fipr-turning", "1 of 2, carried over", 1, 2, 7.5},
+      {"fipr-turning-stays", "1 of 2, as it stood", 1, 2, 7.5},
+      {"fipr-turning", "1 of 4, carried over", 1, 4, 7.5},
+      {"fipr-turning-stays", "1 of 4, as it stood", 1, 4, 7.5}}},
+    {"Where rays start",
+     "At the ends of cones, or at the least of 3 \xC3\x97 3 distances of single rays, as in the paper. Pixels off: by "
+     "more than 16 of 255 from full marching.",
+     starts,
+     {{"ipr", "IPR, cones", 1, 1, 180},
+      {"ipr-minimum", "IPR, least of 3 \xC3\x97 3", 1, 1, 180},
+      {"ipr", "IPR, 16 samples, cones", 16, 1, 180},
+      {"ipr-minimum", "IPR, 16 samples, least of 3 \xC3\x97 3", 16, 1, 180},
+      {"fipr", "FIPR, cones", 1, 1, 7.5},
+      {"fipr-minimum", "FIPR, least of 3 \xC3\x97 3", 1, 1, 7.5},
+      {"fipr", "FIPR, 16 samples, cones", 16, 1, 7.5},
+      {"fipr-minimum", "FIPR, 16 samples, least of 3 \xC3\x97 3", 16, 1, 7.5}}}};
+
 /* Every scene's rows, each group under its name; nothing where none is there. */
-static void write_lines(struct fv_writer *out, const struct fv_sheet *sheet, const char *heading, const char *note,
-                        const struct column *column, const struct line *lines, int count)
+static void write_section(struct fv_writer *out, const struct fv_sheet *sheet, const struct section *section)
 {
     int width = 1;
     bool open = false;
-    for (const struct column *c = column; c->quantity; c++) width += c->paper ? 2 : 1;
+    for (const struct column *c = section->column; c->quantity; c++) width += c->paper ? 2 : 1;
     for (int s = 0; s < SCENES; s++) {
         bool named = false;
-        for (const struct line *l = lines; l < lines + count; l++) {
+        for (const struct line *l = section->line; l < section->line + LINES_MAX && l->name; l++) {
             const char *row = row_of(s, l->kind, l->ssaa, l->fovea_deg, l->refresh);
             if (!fv_sheet_find(sheet, row, "ssim")) continue;
             if (!open) {
-                fv_section_open(out, heading, note);
-                open_rows(out, column);
+                fv_section_open(out, section->heading, section->note);
+                open_rows(out, section->column);
             }
             if (!named) fv_writer_print(out, "<tr class=\"group\"><th colspan=\"%d\" scope=\"rowgroup\">%s</th></tr>\n", width, scenes[s]);
             open = named = true;
-            write_row(out, sheet, column, row, l->name);
+            write_row(out, sheet, section->column, row, l->name);
         }
     }
     if (!open) return;
     fv_table_close(out);
     fv_section_close(out);
-}
-
-#define COUNT(lines) (int)(sizeof(lines) / sizeof((lines)[0]))
-
-static void write_table_1(struct fv_writer *out, const struct fv_sheet *sheet)
-{
-    static const struct line lines[] = {{"ipr", "IPR", 1, 1, 180},
-                                        {"ipr-minimum", "IPR, least of 3 \xC3\x97 3", 1, 1, 180},
-                                        {"fipr", "FIPR", 1, 1, 7.5},
-                                        {"fipr-paper", "FIPR, as the paper", 1, 1, 7.5}};
-    write_lines(out, sheet, "Table 1",
-                "Against full marching, one sample a pixel, fovea of 7.5\xC2\xB0, everything refreshed. The paper's numbers "
-                "stand beside our way and beside its own, built here.",
-                columns, lines, COUNT(lines));
-}
-
-static void write_areas(struct fv_writer *out, const struct fv_sheet *sheet)
-{
-    static const struct line lines[] = {{"ipr", "IPR", 1, 1, 180},
-                                        {"fipr", "FIPR", 1, 1, 7.5},
-                                        {"fipr-paper", "FIPR, as the paper", 1, 1, 7.5},
-                                        {"fipr", "FIPR, 16 samples", 16, 1, 7.5},
-                                        {"fipr-masked", "FIPR, 16 where masked", 16, 1, 7.5}};
-    write_lines(out, sheet, "By eccentricity",
-                "The same errors within the fovea, from there to 20\xC2\xB0, and beyond: of the whole picture the fovea is "
-                "hardly a fiftieth. Against full marching of as many samples a pixel.",
-                by_area, lines, COUNT(lines));
-}
-
-static void write_turning(struct fv_writer *out, const struct fv_sheet *sheet)
-{
-    static const struct line lines[] = {{"fipr-turning", "all refreshed", 1, 1, 7.5},
-                                        {"fipr-turning", "1 of 2, carried over", 1, 2, 7.5},
-                                        {"fipr-turning-stays", "1 of 2, as it stood", 1, 2, 7.5},
-                                        {"fipr-turning", "1 of 4, carried over", 1, 4, 7.5},
-                                        {"fipr-turning-stays", "1 of 4, as it stood", 1, 4, 7.5}};
-    write_lines(out, sheet, "Under motion",
-                "The head turns by 20\xC2\xB0/s and moves aside by 0.3 m/s, lights move; FIPR at 7.5\xC2\xB0, one sample, "
-                "against full marching of the same instant. What is not refreshed moves with the head, or stands as in the "
-                "paper.",
-                turning, lines, COUNT(lines));
-}
-
-static void write_starts(struct fv_writer *out, const struct fv_sheet *sheet)
-{
-    static const struct line lines[] = {{"ipr", "IPR, cones", 1, 1, 180},
-                                        {"ipr-minimum", "IPR, least of 3 \xC3\x97 3", 1, 1, 180},
-                                        {"ipr", "IPR, 16 samples, cones", 16, 1, 180},
-                                        {"ipr-minimum", "IPR, 16 samples, least of 3 \xC3\x97 3", 16, 1, 180},
-                                        {"fipr", "FIPR, cones", 1, 1, 7.5},
-                                        {"fipr-minimum", "FIPR, least of 3 \xC3\x97 3", 1, 1, 7.5},
-                                        {"fipr", "FIPR, 16 samples, cones", 16, 1, 7.5},
-                                        {"fipr-minimum", "FIPR, 16 samples, least of 3 \xC3\x97 3", 16, 1, 7.5}};
-    write_lines(out, sheet, "Where rays start",
-                "At the ends of cones, or at the least of 3 \xC3\x97 3 distances of single rays, as in the paper. Pixels off: by "
-                "more than 16 of 255 from full marching.",
-                starts, lines, COUNT(lines));
 }
 
 static void write_rows(struct fv_writer *out, const struct fv_sheet *sheet)
@@ -285,10 +274,7 @@ int fv_table_page_polychronakis2023(struct fv_writer *out, const struct fv_table
         {"Scenes", "Ours, after the paper's; so times and errors compare in kind only."},
         {"Paper", "Polychronakis, Koulieris and Mania 2023, on a graphics card. Its text prints few of the figures' numbers."},
     };
-    write_table_1(out, sheet);
-    write_areas(out, sheet);
-    write_turning(out, sheet);
-    write_starts(out, sheet);
+    for (size_t i = 0; i < sizeof sections / sizeof sections[0]; i++) write_section(out, sheet, &sections[i]);
     write_figure_11(out, sheet);
     write_figure_12(out, sheet);
     write_rows(out, sheet);

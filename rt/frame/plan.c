@@ -1,59 +1,15 @@
-/* plan: what is needed and what is left out, each with its reason. */
+/* plan: what is needed and what is left out, each with its reason; of the methods' own features plan_features.c decides. */
 #include "rt/frame/plan.h"
 
 #include "platform/arena.h"
 #include "platform/threads.h"
+#include "rt/frame/plan_buffers.h"
+#include "rt/frame/plan_features.h"
 
 #include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-
-static const char *const buffer_names[FV_BUFFERS] = {
-    [FV_COLOUR] = "colour",
-    [FV_CACHE] = "cache",
-    [FV_COARSE_COLOUR] = "coarse colour",
-    [FV_COARSE_CACHE] = "coarse cache",
-    [FV_COARSEST_COLOUR] = "coarsest colour",
-    [FV_COARSEST_CACHE] = "coarsest cache",
-    [FV_HISTORY_COLOUR] = "history colour",
-    [FV_HISTORY_CACHE] = "history cache",
-    [FV_COARSE_HISTORY_COLOUR] = "coarse history colour",
-    [FV_COARSE_HISTORY_CACHE] = "coarse history cache",
-    [FV_COARSEST_HISTORY_COLOUR] = "coarsest history colour",
-    [FV_COARSEST_HISTORY_CACHE] = "coarsest history cache",
-    [FV_SUPPORT_COLOUR] = "support colour",
-    [FV_SUPPORT_DEPTH] = "support depth",
-    [FV_SUPPORT_SURFACE] = "support surface",
-    [FV_SUPPORT_HISTORY_DEPTH] = "support history depth",
-    [FV_SUPPORT_HISTORY_SURFACE] = "support history surface",
-    [FV_SELECTED] = "selected blocks",
-    [FV_RESAMPLED] = "resampled blocks",
-    [FV_MASKED] = "masked blocks",
-    [FV_STARTS] = "starts",
-    [FV_BASE] = "base colour",
-    [FV_IDENTITY] = "identity",
-    [FV_FACING] = "facing",
-    [FV_SECOND_IDENTITY] = "second identity",
-    [FV_SECOND_FACING] = "second facing",
-    [FV_TRIANGLE] = "triangle",
-    [FV_LIT] = "lit",
-    [FV_COARSE_SEEN] = "coarse seen checks",
-    [FV_COARSEST_SEEN] = "coarsest seen checks",
-    [FV_CHAIN] = "chain",
-    [FV_HISTORY_BASE] = "history base colour",
-    [FV_HISTORY_IDENTITY] = "history identity",
-    [FV_HISTORY_FACING] = "history facing",
-    [FV_HISTORY_SECOND_IDENTITY] = "history second identity",
-    [FV_HISTORY_SECOND_FACING] = "history second facing",
-    [FV_HISTORY_CHAIN] = "history chain",
-    [FV_REUSED] = "reused pixels",
-    [FV_EARLIER_COLOUR] = "earlier colour",
-    [FV_EARLIER_CACHE] = "earlier cache",
-    [FV_SMOOTHED] = "smoothed colour",
-    [FV_HISTORY_STARTS] = "history starts",
-    [FV_PICTURE] = "picture",
-};
 
 void fv_plan_add(struct fv_plan *p, const char *kind, const char *what, bool kept, int64_t bytes,
                  const char *reason, ...)
@@ -82,38 +38,6 @@ void fv_frame_size(struct fv_frame *f, const struct fv_config *config)
     f->stride = (int64_t)f->tiles_x * FV_TILE;
     f->rows = (int64_t)f->tiles_y * FV_TILE;
     f->spacing = (int)config->method_support;
-}
-
-/* Of one eye. */
-static int64_t bytes_of(const struct fv_frame *f, enum fv_buffer buffer)
-{
-    int64_t pixels = f->stride * f->rows;
-    switch (buffer) {
-    case FV_SUPPORT_COLOUR:
-    case FV_SUPPORT_DEPTH:
-    case FV_SUPPORT_HISTORY_DEPTH: return 4 * pixels / (f->spacing * f->spacing);
-    case FV_SUPPORT_SURFACE:
-    case FV_SUPPORT_HISTORY_SURFACE: return pixels / (f->spacing * f->spacing);
-    case FV_STARTS:
-    case FV_HISTORY_STARTS: return 4 * pixels / (FV_BLOCK * FV_BLOCK);
-    case FV_SELECTED:
-    case FV_MASKED:
-    case FV_RESAMPLED: return 8 * (int64_t)f->tiles_x * f->tiles_y;
-    case FV_COARSE_SEEN:
-    case FV_CHAIN:
-    case FV_HISTORY_CHAIN: return pixels + 64;
-    case FV_REUSED: return 4 * pixels / FV_TILE;
-    case FV_COARSE_COLOUR:
-    case FV_COARSE_CACHE:
-    case FV_COARSE_HISTORY_COLOUR:
-    case FV_COARSE_HISTORY_CACHE: return pixels + 64;
-    case FV_COARSEST_SEEN:
-    case FV_COARSEST_COLOUR:
-    case FV_COARSEST_CACHE:
-    case FV_COARSEST_HISTORY_COLOUR:
-    case FV_COARSEST_HISTORY_CACHE: return pixels / 4 + 64;
-    default: return 4 * pixels + 64; /* pixels are loaded in pairs: one behind the last */
-    }
 }
 
 /* Passes that a frame runs: the method's and, where a sink takes pictures, present. */
@@ -156,45 +80,6 @@ static void choose_passes(struct fv_plan *p, const struct fv_config *config)
         }
 }
 
-/* Lower levels of the pyramid are carried over where they are not traced in every frame: as the settings say, or where
- * levels of quality do. */
-static void choose_carry(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config,
-                         const struct fv_frame *f)
-{
-    bool can = p->buffers & FV_BIT(FV_HISTORY_STARTS), adapts = strcmp(config->budget_adapt, "on") == 0;
-    const char *why = !can                                           ? "no pass carries levels over"
-                      : strcmp(config->method_carry, "on") != 0      ? "method.carry is off: they stay as they were"
-                      : s->fields.parts == 0                         ? "scene.fields is empty: no starts tell where they were"
-                      : s->triangles > 0                             ? "the scene has triangles, which starts do not know: all is traced"
-                      : strcmp(config->method_foveation, "on") != 0 && !adapts ? "method.foveation is off: there are none"
-                      : config->method_refresh == 1 && !adapts       ? "method.refresh is 1: all is traced"
-                                                                     : NULL;
-    uint64_t carried = config->method_contrast < 1 ? FV_CARRIED : FV_CARRIED & ~FV_BIT(FV_HISTORY_COLOUR);
-    int64_t bytes = 0;
-    for (int b = 0; b < FV_BUFFERS; b++)
-        if (carried & FV_BIT(b)) bytes += f->eyes * bytes_of(f, (enum fv_buffer)b);
-    p->carry = !why;
-    if (can) p->buffers &= ~(why ? FV_CARRIED : FV_CARRIED & ~carried);
-    fv_plan_add(p, "feature", "carried levels", p->carry, can ? bytes : 0, "%s",
-                why ? why : "the pyramid's lower levels are traced in turns: beside them the last frame's");
-}
-
-/* Where pixels of the pyramid's lower levels differ by checks only, these are painted anew. */
-static void choose_repainting(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config,
-                              const struct fv_frame *f)
-{
-    bool can = p->buffers & FV_SEEN, checks = false;
-    for (int i = 0; i < s->fields.parts; i++) checks |= s->fields.part[i].checker_size > 0;
-    const char *why = !can                           ? "no pass paints checks anew"
-                      : !checks                      ? "the scene's fields have no checks"
-                      : config->method_contrast >= 1 ? "method.contrast is 1: nothing between pixels is looked at"
-                                                     : NULL;
-    int64_t bytes = f->eyes * (bytes_of(f, FV_COARSE_SEEN) + bytes_of(f, FV_COARSEST_SEEN));
-    if (why) p->buffers &= ~FV_SEEN;
-    fv_plan_add(p, "feature", "repainted checks", !why, can ? bytes : 0, "%s",
-                why ? why : "between pixels of the pyramid's lower levels that differ by checks only");
-}
-
 /* "written by a, b; read by c", of kept passes. */
 static void name_users(const struct fv_plan *p, enum fv_buffer b, char *out, size_t size)
 {
@@ -211,106 +96,19 @@ static void name_users(const struct fv_plan *p, enum fv_buffer b, char *out, siz
     }
 }
 
-/* Buffers of colours: of each plane one image. */
-enum {
-    COLOURS = FV_BIT(FV_COLOUR) | FV_BIT(FV_COARSE_COLOUR) | FV_BIT(FV_COARSEST_COLOUR) | FV_BIT(FV_HISTORY_COLOUR) |
-              FV_BIT(FV_COARSE_HISTORY_COLOUR) | FV_BIT(FV_COARSEST_HISTORY_COLOUR) | FV_BIT(FV_SUPPORT_COLOUR)
-};
-
-/* Buffers of as many images as frames before the last are kept. */
-#define EARLIER (FV_BIT(FV_EARLIER_COLOUR) | FV_BIT(FV_EARLIER_CACHE))
-
-/* Frames before the last, where pictures are smoothed over more than that one. */
-static void choose_pasts(struct fv_plan *p, const struct fv_config *config, const struct fv_frame *f)
-{
-    bool can = p->buffers & FV_BIT(FV_SMOOTHED), kept = can && config->selective_smooth > 1;
-    int64_t one = 2 * f->eyes * bytes_of(f, FV_EARLIER_COLOUR);
-    p->pasts = can ? (int)config->selective_smooth : 0;
-    if (!kept) p->buffers &= ~EARLIER;
-    fv_plan_add(p, "feature", "earlier frames", kept, kept ? (p->pasts - 1) * one : can ? one : 0, "%s",
-                !can   ? "no pass smooths over them"
-                : kept ? "selective.smooth is above 1: colours and caches of those before the last, which change places with it"
-                       : "selective.smooth is 1: over the last one, which is history");
-}
-
-static void drop(struct fv_plan *p, uint64_t bits, bool kept)
-{
-    if (!kept) p->buffers &= ~bits;
-}
-
-/* Attributes of second hits only where surfaces have such; of triangles and their light only where something is made of
- * it: where lights are few, and the scene has more than fields. */
-static void choose_attributes(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config, const struct fv_frame *f)
-{
-    const uint64_t second = FV_BIT(FV_SECOND_IDENTITY) | FV_BIT(FV_SECOND_FACING) | FV_BIT(FV_HISTORY_SECOND_IDENTITY) |
-                            FV_BIT(FV_HISTORY_SECOND_FACING),
-                   known = FV_BIT(FV_TRIANGLE) | FV_BIT(FV_LIT);
-    bool can = p->buffers & second, has = s->features & (FV_SCENE_MIRRORS | FV_SCENE_GLASS);
-    const char *why = !can                                               ? "no pass tells pixels apart by them"
-                      : strcmp(config->selective_texture, "fetch") != 0 ? "selective.texture is trace: by rays"
-                      : s->lights > 32                                   ? "more than 32 lights: samples are traced"
-                      : s->opaque_triangles == 0                         ? "there are no opaque triangles that stand still"
-                                                                         : NULL;
-    drop(p, second, has);
-    drop(p, known, !why);
-    fv_plan_add(p, "feature", "secondary attributes", can && has, 2 * f->eyes * bytes_of(f, FV_SECOND_IDENTITY), "%s",
-                !can ? "no pass tells pixels apart by them" : has ? "materials mirror or are transparent" : "no material is a mirror or transparent");
-    fv_plan_add(p, "feature", "samples without rays", !why, 2 * f->eyes * bytes_of(f, FV_TRIANGLE), "%s",
-                why ? why : "selective.texture is fetch: where pixels differ in texture alone, on the triangles that they show");
-}
-
-static void choose_light(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config,
-                         const struct fv_frame *f)
-{
-    bool sampled = s->features & FV_SCENE_STOCHASTIC, asked = strcmp(config->method_light, "apart") == 0;
-    bool refined = p->buffers & FV_BIT(FV_BASE), apart = p->history && sampled && asked && !refined;
-    int64_t bytes = 0;
-    for (int b = 0; b < FV_BUFFERS; b++)
-        if (COLOURS & p->buffers & FV_BIT(b)) bytes += f->eyes * (FV_PLANES - 1) * bytes_of(f, (enum fv_buffer)b);
-    p->planes = apart ? FV_PLANES : 1;
-    fv_plan_add(p, "feature", "light kept apart", apart, p->history ? bytes : 0, "%s",
-                !p->history ? "the method keeps no history"
-                : refined   ? "pixels are put together from several samples' whole colours"
-                : !sampled  ? "no light is sampled"
-                : apart     ? "method.light is apart: albedo and light beside each colour"
-                            : "method.light is whole");
-}
-
-/* Shadows in the periphery by maps, of the lights that can have one. */
-static void choose_maps(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config)
-{
-    int side = (int)config->selective_map, maps = 0, lights = 0;
-    for (int i = 0; i < s->lights; i++) {
-        lights += s->light[i].kind != FV_LIGHT_AREA;
-        maps += fv_light_mappable(s, i);
-    }
-    const char *why = !(p->needs & FV_NEEDS_MAPS) ? "no pass takes shadows from them"
-                      : side == 0                 ? "selective.map is 0: shadow rays everywhere"
-                      : lights == 0               ? "no point light and no sun"
-                      : s->fields.parts > 0       ? "the scene has fields, which maps do not hold: shadow rays"
-                      : maps == 0 ? "points and suns move, are far off or have nothing that stands still around them: "
-                                    "shadow rays"
-                                                  : NULL;
-    p->map_side = why ? 0 : side;
-    if (why) fv_plan_add(p, "feature", "light maps", false, fv_visibility_bytes(s, side), "%s", why);
-    else
-        fv_plan_add(p, "feature", "light maps", true, fv_visibility_bytes(s, side),
-                    "of %d of %d points and suns, %d texels a side: shadows in the periphery without rays%s", maps,
-                    lights, side, maps < lights ? "; rays to the rest" : "");
-}
-
 static void choose_buffers(struct fv_plan *p, const struct fv_frame *f)
 {
     int64_t of_one_eye = 0;
     char users[128];
     for (int b = 0; b < FV_BUFFERS; b++) {
-        bool kept = p->buffers & FV_BIT(b), swapped = strstr(buffer_names[b], "history") != NULL;
-        int images = COLOURS & FV_BIT(b) ? p->planes : EARLIER & FV_BIT(b) && kept ? p->pasts - 1 : 1;
-        int64_t bytes = bytes_of(f, (enum fv_buffer)b) * images;
+        const char *name = fv_plan_buffer_name((enum fv_buffer)b);
+        bool kept = p->buffers & FV_BIT(b), swapped = strstr(name, "history") != NULL;
+        int images = FV_PLAN_COLOURS & FV_BIT(b) ? p->planes : FV_PLAN_EARLIER & FV_BIT(b) && kept ? p->pasts - 1 : 1;
+        int64_t bytes = fv_plan_buffer_bytes(f, (enum fv_buffer)b) * images;
         if (kept) of_one_eye += bytes;
         p->bytes[b] = kept ? f->eyes * bytes : 0;
         name_users(p, (enum fv_buffer)b, users, sizeof users);
-        fv_plan_add(p, "buffer", buffer_names[b], kept, f->eyes * bytes, "%s%s",
+        fv_plan_add(p, "buffer", name, kept, f->eyes * bytes, "%s%s",
                     kept ? swapped ? "the last frame's, swapped after each; " : ""
                          : "no kept pass reads or writes it",
                     kept ? users : "");
@@ -376,7 +174,8 @@ static const struct {
 };
 enum { FEATURES = sizeof features / sizeof features[0] };
 
-static void choose_features(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config)
+/* What the scene shows, and what all of it takes. */
+static void choose_scene(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config)
 {
     for (int i = 0; i < FEATURES; i++) {
         bool kept = s->features & features[i].feature;
@@ -480,14 +279,9 @@ void fv_plan_make(struct fv_plan *p, const struct fv_method *method, const struc
 {
     *p = (struct fv_plan){.method = method};
     choose_passes(p, config);
-    choose_carry(p, scene, config, frame);
-    choose_attributes(p, scene, config, frame);
-    choose_repainting(p, scene, config, frame);
-    choose_pasts(p, config, frame);
-    choose_light(p, scene, config, frame);
-    choose_maps(p, scene, config);
+    fv_plan_choose_features(p, scene, config, frame);
     choose_buffers(p, frame);
-    choose_features(p, scene, config);
+    choose_scene(p, scene, config);
     choose_variant(p, scene);
     choose_workers(p, frame, config);
     choose_adaptation(p, config);
@@ -513,7 +307,7 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
 {
     for (int b = 0; b < FV_BUFFERS; b++) {
         if (!(p->buffers & FV_BIT(b))) continue;
-        char *bytes = fv_arena_take(fv_arena(), buffer_names[b], (size_t)p->bytes[b], 4096);
+        char *bytes = fv_arena_take(fv_arena(), fv_plan_buffer_name((enum fv_buffer)b), (size_t)p->bytes[b], 4096);
         memset(bytes, 0, (size_t)p->bytes[b]); /* touched now: the first frames would pay for it */
         f->buffer[b][0] = bytes;
         if (f->eyes == 2 && b != FV_SELECTED && b != FV_RESAMPLED && b != FV_MASKED && b != FV_REUSED) f->buffer[b][1] = bytes + p->bytes[b] / 2;

@@ -20,12 +20,25 @@ static double median(double *value)
     return fv_rank_quartiles(value, bench.vantage.places).value;
 }
 
-/* Says where it is; true: to be stopped. */
-static bool stopped(const char *what, int place)
+/* The places, the truth where it is asked for (samples a pixel, 0: none), and the settings of both sides. */
+static void open_bench(const struct fv_table_bench *of, int truth)
+{
+    fv_vantage_open(&bench.vantage, of->config, of->tracer, of->workers, of->io, of->frames);
+    if (truth) fv_vantage_truth_open(&bench.vantage, &bench.truth, truth);
+    bench.without.config = bench.with.config = *of->config;
+}
+
+/* Opens both sides by their settings and measures at each place, saying where it is; true: it was stopped. */
+static bool stopped_at(const char *what, void measure(int place))
 {
     const struct fv_sweep_io *io = bench.vantage.io;
-    if (io->stopped(io->context)) return true;
-    io->progress(io->context, what, (double)place / bench.vantage.places);
+    fv_vantage_side_open(&bench.vantage, &bench.without, "selective");
+    fv_vantage_side_open(&bench.vantage, &bench.with, "selective");
+    for (int place = 0; place < bench.vantage.places; place++) {
+        if (io->stopped(io->context)) return true;
+        io->progress(io->context, what, (double)place / bench.vantage.places);
+        measure(place);
+    }
     return false;
 }
 
@@ -65,16 +78,9 @@ static void smooth_place(int place)
 int fv_kim2021_smoothing(const char *scene, const struct fv_table_bench *of, struct fv_sheet *sheet)
 {
     char row[64];
-    fv_vantage_open(&bench.vantage, of->config, of->tracer, of->workers, of->io, of->frames);
-    fv_vantage_truth_open(&bench.vantage, &bench.truth, TRUTH);
-    bench.without.config = bench.with.config = *of->config;
+    open_bench(of, TRUTH);
     bench.with.config.selective_smooth = SMOOTHED;
-    fv_vantage_side_open(&bench.vantage, &bench.without, "selective");
-    fv_vantage_side_open(&bench.vantage, &bench.with, "selective");
-    for (int place = 0; place < bench.vantage.places; place++) {
-        if (stopped("smoothing, by alpha", place)) return 1;
-        smooth_place(place);
-    }
+    if (stopped_at("smoothing, by alpha", smooth_place)) return 1;
     for (int a = 0; a < ALPHAS; a++) {
         snprintf(row, sizeof row, "%s/smoothing/%s", scene, alphas[a].name);
         fv_kim2021_add_psnr(sheet, row, alphas[a].paper, FV_ZONE_ALL, smoothed[a], bench.vantage.places);
@@ -124,16 +130,10 @@ static void reuse_place(int place)
 int fv_kim2021_reuse(const char *scene, const struct fv_table_bench *of, struct fv_sheet *sheet)
 {
     char row[64];
-    fv_vantage_open(&bench.vantage, of->config, of->tracer, of->workers, of->io, of->frames);
+    open_bench(of, 0);
     bench.vantage.drift_deg_s = drift_deg_s;
-    bench.without.config = bench.with.config = *of->config;
     bench.with.config.selective_reuse = 1;
-    fv_vantage_side_open(&bench.vantage, &bench.without, "selective");
-    fv_vantage_side_open(&bench.vantage, &bench.with, "selective");
-    for (int place = 0; place < bench.vantage.places; place++) {
-        if (stopped("reuse, by tau_reuse", place)) return 1;
-        reuse_place(place);
-    }
+    if (stopped_at("reuse, by tau_reuse", reuse_place)) return 1;
     for (int i = 0; i < REUSES; i++) {
         snprintf(row, sizeof row, "%s/reuse/%g", scene, reuses[i]);
         fv_sheet_add(sheet, row, "reused_fraction", "", NONE, median(reused[i].fraction));

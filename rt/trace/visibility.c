@@ -6,6 +6,7 @@
 #include "platform/log.h"
 #include "rt/trace/tracer.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -115,21 +116,87 @@ static void place_sun(struct fv_light_map *m, const struct fv_scene *s)
     }
 }
 
+/* A block is too coarse where more than one in so many nodes stands out. */
+enum { BLOCK = 32, BLOCKS_MAX = FV_MAP_SIDE_MAX / BLOCK, SHARE = 10 };
+
 /* A face under way. */
 struct making {
     const struct fv_tracer *tracer;
     const struct fv_light_map *map;
     fv_map_row *row;
     float *nearness;
-    int face;
+    int face, blocks; /* a side */
+    uint8_t coarse[BLOCKS_MAX][BLOCKS_MAX];
 };
+
+/* Of a row or column of nodes: the last one lies in the block before it. */
+static int block_of(const struct making *m, int node)
+{
+    return node < m->map->side ? node / BLOCK : m->blocks - 1;
+}
+
+/* The face's row of nodes. */
+static float *row_of(const struct making *m, int row)
+{
+    int64_t nodes = m->map->side + 1;
+    return m->nearness + nodes * (nodes * m->face + row);
+}
 
 static void make_row(void *context, int tile, int worker)
 {
     struct making *m = context;
-    int64_t side = m->map->side;
     (void)worker;
-    m->row(m->tracer, m->map, m->face, tile, m->nearness + (side + 1) * ((side + 1) * m->face + tile));
+    m->row(m->tracer, m->map, m->face, tile, row_of(m, tile));
+}
+
+/* Whether a node is nearer to the light than both of its neighbours, or farther, by more than two texels'
+ * widths, `wide` of a sun in m, of a point at z = 1: there a width at nearness n is n * wide. */
+static bool stands_out(bool sun, float wide, float at, float before, float after)
+{
+    float high = before > after ? before : after, low = before < after ? before : after;
+    return at > high + 2 * wide * (sun ? 1 : at) || at < low - 2 * wide * (sun ? 1 : low);
+}
+
+static void judge_blocks(void *context, int tile, int worker)
+{
+    struct making *m = context;
+    int side = m->map->side, first = tile * BLOCK, last = tile + 1 < m->blocks ? first + BLOCK - 1 : side;
+    int thin[BLOCKS_MAX] = {0}, nodes[BLOCKS_MAX] = {0};
+    bool sun = m->map->faces == 1;
+    float wide = fmaxf(m->map->texel[0], m->map->texel[1]);
+    (void)worker;
+    for (int y = first; y <= last; y++) {
+        const float *n = row_of(m, y), *above = n - (y > 0 ? side + 1 : 0), *below = n + (y < side ? side + 1 : 0);
+        for (int x = 0; x <= side; x++) {
+            bool out = x > 0 && x < side && stands_out(sun, wide, n[x], n[x - 1], n[x + 1]);
+            thin[block_of(m, x)] += out || stands_out(sun, wide, n[x], above[x], below[x]);
+            nodes[block_of(m, x)]++;
+        }
+    }
+    for (int b = 0; b < m->blocks; b++) m->coarse[tile][b] = thin[b] * SHARE > nodes[b];
+}
+
+/* A loop of its own: others still read what it writes to. */
+static void mark_row(void *context, int tile, int worker)
+{
+    const struct making *m = context;
+    uint32_t *word = (uint32_t *)row_of(m, tile);
+    const uint8_t *coarse = m->coarse[block_of(m, tile)];
+    (void)worker;
+    for (int x = 0; x <= m->map->side; x++)
+        word[x] = (word[x] & ~(uint32_t)FV_NODE_COARSE) | (coarse[block_of(m, x)] ? FV_NODE_COARSE : 0);
+}
+
+/* Returns how many of its blocks are too coarse. */
+static int make_face(struct making *m, struct fv_workers *workers)
+{
+    int coarse = 0;
+    fv_workers_run(workers, m->map->side + 1, make_row, m);
+    fv_workers_run(workers, m->blocks, judge_blocks, m);
+    fv_workers_run(workers, m->map->side + 1, mark_row, m);
+    for (int i = 0; i < m->blocks; i++)
+        for (int k = 0; k < m->blocks; k++) coarse += m->coarse[i][k];
+    return coarse;
 }
 
 static void make_map(const struct fv_tracer *t, int light, int side, fv_map_row *row,
@@ -141,14 +208,16 @@ static void make_map(const struct fv_tracer *t, int light, int side, fv_map_row 
     memcpy(m->at, l->position, sizeof m->at);
     if (l->kind == FV_LIGHT_SUN) place_sun(m, t->data);
     else place_point(m, t->data);
-    struct making making = {.tracer = t, .map = m, .row = row};
+    struct making making = {.tracer = t, .map = m, .row = row, .blocks = (side - 1) / BLOCK + 1};
+    int coarse = 0;
     making.nearness =
         fv_arena_take(fv_arena(), "light maps", (size_t)nodes_of(m->faces, side) * sizeof(float), 64);
     for (; making.face < m->faces; making.face++) {
         fv_log_progress("map of light %d of %d, face %d of %d", light + 1, t->data->lights, making.face + 1,
                         m->faces);
-        fv_workers_run(workers, side + 1, make_row, &making);
+        coarse += make_face(&making, workers);
     }
+    m->coarse = (float)coarse / (float)(m->faces * making.blocks * making.blocks);
     m->nearness = making.nearness;
 }
 
@@ -156,11 +225,16 @@ void fv_visibility_make(const struct fv_tracer *t, int side, fv_map_row *row, st
 {
     struct fv_visibility *v = t->visibility;
     int64_t start_ns = fv_clock_now_ns(&fv_clock_monotonic);
+    float coarse = 0;
     if (!v || v->side == side) return;
+    assert(side > 0 && side <= FV_MAP_SIDE_MAX);
     v->side = side;
-    for (int i = 0; i < t->data->lights; i++)
-        if (fv_light_mappable(t->data, i)) make_map(t, i, side, row, workers);
-    fv_log("light maps of %d texels a side: %.1f MB, made in %.2f s", side,
+    for (int i = 0; i < t->data->lights; i++) {
+        if (!fv_light_mappable(t->data, i)) continue;
+        make_map(t, i, side, row, workers);
+        coarse = fmaxf(coarse, v->map[i].coarse);
+    }
+    fv_log("light maps of %d texels a side: %.1f MB, made in %.2f s, at most %.1f %% of one too coarse", side,
            (double)fv_visibility_bytes(t->data, side) * 0x1p-20,
-           (double)(fv_clock_now_ns(&fv_clock_monotonic) - start_ns) * 1e-9);
+           (double)(fv_clock_now_ns(&fv_clock_monotonic) - start_ns) * 1e-9, 100 * (double)coarse);
 }

@@ -38,7 +38,7 @@ static inline vf sun_nearness(const struct fv_tracer *tracer, const struct fv_li
         vf3_add(origin, vf3_add(vf3_scale(vf3_of(m->across), across), vf3_scale(vf3_of(m->along), along)));
     struct packet_hit h =
         packet_intersect_meshes(tracer, &context, origin, vf3_scale(towards, vf_of(-1)), mask);
-    return vf_select(h.hit, m->begin - h.t, vf_of(-__builtin_inff()));
+    return vf_select(h.hit, m->begin - h.t, vf_of(FV_SUN_NOTHING));
 }
 
 void map_row(const struct fv_tracer *tracer, const struct fv_light_map *m, int face, int row, float *nearness)

@@ -6,7 +6,8 @@
  * more, bilinearly. So planes do not shadow themselves (but in grazing light, more than 83 degrees off the
  * normal), edges of shadows are smooth lines, and light leaks behind what is in its way by half a texel, and
  * on slanted surfaces by their slant within one. Of such margins these came nearest to rays
- * (tests/bench/light_maps.c); the nearest node alone is wrong on a tenth more. */
+ * (tests/bench/light_maps.c); the nearest node alone is wrong on a tenth more. Where one of the four says that
+ * the map is too coarse around it, a ray tells. */
 #ifndef FV_TRACE_VISIBLE_H
 #define FV_TRACE_VISIBLE_H
 
@@ -68,8 +69,9 @@ static inline vf lit_node(const struct map_place *p, vi held, vf dx, vf dy)
     return vf_select((vf)held > p->nearness + plane + 0.5f * p->texel, vf_of(0), weight);
 }
 
-/* Lanes that the light reaches by the map. What lies outside a sun's bounds is lit, and NaN. */
-static inline vi map_reaches(const struct fv_light_map *m, const struct map_place *p)
+/* Lanes that the light reaches by the map; `coarse`: those of which it cannot tell. What lies outside a sun's
+ * bounds is lit, and NaN. */
+static inline vi map_reaches(const struct fv_light_map *m, const struct map_place *p, vi *coarse)
 {
     float side = (float)m->side;
     vi outside = (p->x < 0.0f) | (p->x > side) | (p->y < 0.0f) | (p->y > side);
@@ -83,11 +85,14 @@ static inline vi map_reaches(const struct fv_light_map *m, const struct map_plac
     vf lit = lit_node(p, a, dx, dy) + lit_node(p, b, dx + 1.0f, dy) + lit_node(p, c, dx, dy + 1.0f) +
              lit_node(p, d, dx + 1.0f, dy + 1.0f);
     vi reaches = ~(lit < 0.5f);
-    return m->faces == 1 ? reaches | outside : reaches;
+    *coarse = ((a | b | c | d) & FV_NODE_COARSE) != 0;
+    if (m->faces > 1) return reaches;
+    *coarse &= ~outside;
+    return reaches | outside;
 }
 
-/* As `unshadowed` of the way to a light, by its map; rays tell of what moves. A call: inlined, it takes
- * registers from what never asks. */
+/* As `unshadowed` of the way to a light, by its map; rays tell where it is too coarse, and of what moves. A
+ * call: inlined, it takes registers from what never asks. */
 static __attribute__((noinline)) vi mapped(const struct lit *lit, const struct fv_light_map *m, vf3 way,
                                            vf far, vi mask)
 {
@@ -96,12 +101,14 @@ static __attribute__((noinline)) vi mapped(const struct lit *lit, const struct f
     vf3 normal = lit->surface->geometric;
     struct map_place p =
         m->faces == 1 ? place_in_sun(m, lit->start, normal) : place_in_cube(m, lit->start, normal);
-    mask &= map_reaches(m, &p);
+    vi coarse, reached = map_reaches(m, &p, &coarse);
+    vi by_ray = unshadowed(lit, way, far, NULL, mask & coarse, true);
+    mask &= reached & ~coarse;
     unsigned bits = vi_bits(mask);
-    if (!(FV_FEATURES & FV_SCENE_MOVING) || tracer->instances == 0 || !bits) return mask;
+    if (!(FV_FEATURES & FV_SCENE_MOVING) || tracer->instances == 0 || !bits) return mask | by_ray;
     lit->shading->rays[FV_RAY_SHADOW] += __builtin_popcount(bits);
     struct fv_ray_context context = packet_context(true, lit->surface->footprint[__builtin_ctz(bits)], 0);
-    return mask & ~packet_occluded_moving(tracer, &context, lit->start, way, far, mask);
+    return by_ray | (mask & ~packet_occluded_moving(tracer, &context, lit->start, way, far, mask));
 }
 
 #endif

@@ -1,56 +1,36 @@
 /* light_apart: sampled light that reproject keeps and blends apart from the rest: the picture is that of light
  * blended with the rest, whether tiles are fine or coarse and whatever moves; where nothing moves it converges; what
  * the light is worth is counted; and a new beginning knows nothing of it. */
-#include "tests/support/program.h"
-
-#include "rt/frame/loop.h"
-
-#include <math.h>
+#include "tests/support/stage.h"
 
 enum { SIDE = 160, EARLY = 2, SETS = 5 };
 
-struct rig {
-    struct fv_config config;
-    struct fv_scene scene;
-    struct fv_tracer tracer;
-    struct fv_plan plan;
-    struct fv_session session;
-    struct fv_loop loop;
-};
-
 static struct fv_workers workers;
-static struct rig reference, foveated;
+static struct stage reference, foveated;
 
 /* Both lists end with NULL; later settings win. */
-static void open_rig(struct rig *r, const char *method, int side, const char *const *sets, const char *const *more)
+static void open_stage(struct stage *s, const char *method, int side, const char *const *sets, const char *const *more)
 {
+    const char *all[16] = {"scene.name=cornell", "fovea.inner_deg=8", "fovea.outer_deg=16", "method.density_deg=181", "display.sink=png", method};
+    for (int n = 6; *sets; sets++) all[n++] = *sets;
     struct fv_error error;
-    struct fv_config_request q = {.sets = 5,
-                                  .set = {"scene.name=cornell", "display.eyes=1", "fovea.inner_deg=8",
-                                          "fovea.outer_deg=16", "method.density_deg=181"}};
-    for (; *sets; sets++) q.set[q.sets++] = *sets;
-    for (; *more; more++) q.set[q.sets++] = *more;
-    memset(r, 0, sizeof *r);
-    if (fv_config_load(&r->config, &q, &error)) fail_msg("%s", error.text);
-    r->config.display_width = r->config.display_height = side;
-    if (fv_scene_load(&r->scene, &r->config, &error)) fail_msg("%s", error.text);
-    if (fv_tracer_open(&r->tracer, &r->scene, &r->config, &error)) fail_msg("%s", error.text);
-    fv_frame_size(&r->loop.frame, &r->config);
-    fv_plan_make(&r->plan, fv_method_find(method), &r->scene, &r->config, &r->loop.frame);
-    fv_loop_open(&r->loop, &r->config, &r->plan, &r->tracer, &workers, &r->session, 1);
+    stage_set(s, side, all, more);
+    s->config.display_fov_in_deg = 47.5, s->config.display_fov_out_deg = 46.6;
+    s->config.display_fov_up_deg = s->config.display_fov_down_deg = 53;
+    if (fv_scene_load(&s->scene, &s->config, &error)) fail_msg("%s", error.text);
+    stage_open(s, &workers);
 }
 
-static void render(struct rig *r, double step, int frame)
+static void render(struct stage *s, double step, int frame)
 {
-    static const double gaze[2][3] = {{0.1, 0, -0.99}, {0.1, 0, -0.99}};
     struct fv_pose head = {{0.002 * step * frame, 1.35, 2.05}, {1, 0, 0, 0}};
-    struct fv_frame_record record;
     fv_quat_from_yaw_pitch_roll(0.004 * step * frame, 0, 0, head.rotation);
-    fv_loop_frame(&r->loop, &head, gaze, 0, frame * 13333333ll, &record);
-    fv_pass_run(&fv_pass_present, &r->loop.frame, &workers);
+    stage_frame_from(s, &head, 5.8, frame * 13333333ll);
+    fv_pass_run(&fv_pass_present, &s->loop.frame, &workers);
 }
 
-static double psnr(const struct rig *a, const struct rig *b)
+/* Of the pictures, in which light and the rest have come together. */
+static double psnr(const struct stage *a, const struct stage *b)
 {
     const uint8_t *p = a->loop.frame.buffer[FV_PICTURE][0], *q = b->loop.frame.buffer[FV_PICTURE][0];
     double sum = 1e-3, side = a->loop.frame.width;
@@ -85,8 +65,8 @@ static void judge(const struct setup *s, const char *light, double out[2])
 {
     const char *const many[] = {"method.spp=9", "method.area_spp=36", NULL};
     const char *const few[] = {light, "method.area_spp=4", NULL};
-    open_rig(&reference, "full", SIDE, s->sets, many);
-    open_rig(&foveated, "reproject", SIDE, s->sets, few);
+    open_stage(&reference, "method.name=full", SIDE, s->sets, many);
+    open_stage(&foveated, "method.name=reproject", SIDE, s->sets, few);
     assert_int_equal(foveated.plan.planes, strstr(light, "apart") ? FV_PLANES : 1);
     assert_int_equal(reference.plan.planes, 1);
     for (int n = 0; n <= s->last; n++) {
@@ -95,8 +75,8 @@ static void judge(const struct setup *s, const char *light, double out[2])
         render(&reference, s->step, n);
         out[n == s->last] = psnr(&foveated, &reference);
     }
-    fv_tracer_close(&reference.tracer);
-    fv_tracer_close(&foveated.tracer);
+    stage_close(&reference);
+    stage_close(&foveated);
 }
 
 static void light_apart_is_light_with_the_rest(void **state)
@@ -120,7 +100,7 @@ static void counts_are_of_frames(void **state)
 {
     (void)state;
     const char *const sets[] = {"method.light=apart", "method.area_spp=1", "fovea.p_min=1", "method.post_filter=9", NULL};
-    open_rig(&foveated, "reproject", SIDE, sets, sets);
+    open_stage(&foveated, "method.name=reproject", SIDE, sets, sets);
     for (int n = 0; n < 20; n++) {
         render(&foveated, 0, n);
         const struct fv_raster *r = &foveated.loop.frame.raster[FV_FINE][0];
@@ -134,7 +114,7 @@ static void counts_are_of_frames(void **state)
             }
         assert_true(most <= (unsigned)n * 2 && (n < 18 || most == 15));
     }
-    fv_tracer_close(&foveated.tracer);
+    stage_close(&foveated);
 }
 
 static void a_new_beginning_knows_nothing(void **state)
@@ -142,8 +122,8 @@ static void a_new_beginning_knows_nothing(void **state)
     (void)state;
     const char *const sets[] = {"method.light=apart", "method.post_filter=16", NULL};
     const int side = SIDE - 12; /* of whole blocks, not of whole tiles: what lies beyond is reprojected, not sampled */
-    open_rig(&reference, "reproject", side, sets, sets);
-    open_rig(&foveated, "reproject", side, sets, sets);
+    open_stage(&reference, "method.name=reproject", side, sets, sets);
+    open_stage(&foveated, "method.name=reproject", side, sets, sets);
     for (int n = 0; n < 8; n++) render(&foveated, 8, n);
     fv_loop_restart(&foveated.loop);
     for (int n = 0; n < 4; n++) {
@@ -151,8 +131,8 @@ static void a_new_beginning_knows_nothing(void **state)
         render(&foveated, 8, n);
         assert_true(psnr(&foveated, &reference) > 90); /* the same bytes: 120 */
     }
-    fv_tracer_close(&reference.tracer);
-    fv_tracer_close(&foveated.tracer);
+    stage_close(&reference);
+    stage_close(&foveated);
 }
 
 static int start(void **state)

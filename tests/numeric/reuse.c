@@ -177,10 +177,7 @@ static const char *const on[] = {"selective.reuse=2", "selective.reuse_max=4", N
 
 static void open_stages(const char *const *more)
 {
-    struct fv_error error;
-    stage_set(&plain, 200, base, NULL);
-    if (fv_scene_load(&plain.scene, &plain.config, &error)) fail_msg("%s", error.text);
-    stage_open(&plain, stage_workers());
+    stage_begin(&plain, 200, base, NULL, stage_workers());
     stage_set(&reused, 200, base, more);
     stage_share(&reused, &plain, stage_workers());
 }

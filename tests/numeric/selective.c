@@ -20,11 +20,8 @@ static struct stage a, b, c;
 static const struct stage *hall(void)
 {
     static struct stage s;
-    struct fv_error error;
     if (s.tracer.scene) return &s;
-    stage_set(&s, 16, SETS("scene.name=moving", "method.name=full"), NULL);
-    if (fv_scene_load(&s.scene, &s.config, &error)) fail_msg("%s", error.text);
-    stage_open(&s, stage_workers());
+    stage_begin(&s, 16, SETS("scene.name=moving", "method.name=full"), NULL, stage_workers());
     return &s;
 }
 

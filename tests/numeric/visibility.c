@@ -1,9 +1,10 @@
 /* visibility: shadows by lights' maps against shadow rays and against what is known: they differ on few
- * pixels, each within two texels of a shadow's edge; and lights in places where maps could break. Every
- * instruction set that this machine has. */
+ * pixels, each within two texels of a shadow's edge; what is too fine for a map is left to rays; and lights in
+ * places where maps could break. Every instruction set that this machine has. */
 #include "platform/arena.h"
 #include "rt/frame/loop.h"
 #include "rt/scene/path.h"
+#include "tests/support/random.h"
 #include "tests/support/small_scene.h"
 
 #define FOR_EACH_ISA for (int isa = 0; isa <= (int)fv_cpu_isa(); isa++)
@@ -11,6 +12,7 @@
 static struct fv_workers workers;
 static struct small_scene s;
 static struct fv_samples rays, maps;
+static int64_t shadow_rays; /* of the newest samples by maps */
 static struct fv_error error;
 
 static void open_scene(const char *name, const char *lights, const char *moving)
@@ -38,7 +40,9 @@ static void trace_both(const struct fv_view *view, int isa)
     rays.mapped = false;
     maps.mapped = true;
     k->trace(&s.tracer, view, &rays, 1, cast);
+    shadow_rays = -cast[FV_RAY_SHADOW];
     k->trace(&s.tracer, view, &maps, 1, cast);
+    shadow_rays += cast[FV_RAY_SHADOW];
     assert_memory_equal(rays.inverse_depth, maps.inverse_depth, sizeof rays.inverse_depth);
 }
 
@@ -230,6 +234,7 @@ static void edges_are_where_they_are(void **state)
                 int dark = 0, edge = 0;
                 make(sides[k], isa);
                 trace_both(&view, isa);
+                assert_true(shadow_rays == 0 && s.tracer.visibility->map[0].coarse <= 0);
                 for (int i = 0; i < 1024; i++) {
                     const struct fv_light_map *m = &s.tracer.visibility->map[0];
                     double p[3], texel = (double)m->texel[0] * (sun ? 1 : high), nearest;
@@ -250,6 +255,64 @@ static void edges_are_where_they_are(void **state)
                 if (dark < 20 || edge > (sides[k] < 256 ? 1000 : 200))
                     fail_msg("%d texels: %d dark, %d at the edge", sides[k], dark, edge);
             }
+        fv_tracer_close(&s.tracer);
+    }
+}
+
+/* White floor of 20 x 20 m, and 0.8 m above it `bars` bars across, up to 5 cm wide, in random places of 20 m. */
+static void build_bars(int bars, const struct fv_light *light)
+{
+    struct fv_material white = fv_material_default();
+    uint64_t random = 3;
+    for (int c = 0; c < 3; c++) white.diffuse[c] = 1;
+    small_begin(&s);
+    int m = fv_build_material(s.build, &white);
+    small_plate(&s, (double[]){-10, 0, 10}, (double[]){20, 0, 0}, (double[]){0, 0, -20}, 4, m);
+    for (int i = 0; i < bars; i++) {
+        double x = -10 + 19.9 * (i + random_between(&random, 0, 1)) / bars, wide = random_between(&random, 0.02, 0.05);
+        small_plate(&s, (double[]){x, 0.8, 10}, (double[]){wide, 0, 0}, (double[]){0, 0, -20}, 1, m);
+    }
+    if (fv_build_light(s.build, light, &error)) fail_msg("%s", error.text);
+    small_finish(&s);
+}
+
+static int count_different(const struct fv_view *view, int isa)
+{
+    int different = 0;
+    trace_both(view, isa);
+    for (int i = 0; i < 1024; i++) different += differs(i) != 0;
+    return different;
+}
+
+/* A floor below bars that are thinner than texels: by its map a fifth is wrong, and the map knows. Below as many
+ * as a texel shows, or a single one, it is left to the map. */
+static void what_is_too_fine_is_left_to_rays(void **state)
+{
+    (void)state;
+    static const struct {
+        int bars, side;
+        bool coarse;
+    } rows[] = {{200, 64, true}, {200, 150, true}, {200, 100, true}, {40, 1000, false}, {1, 64, false}, {0, 64, false}};
+    struct fv_view view = view_down(0);
+    for (unsigned r = 0; r < 2 * sizeof rows / sizeof rows[0]; r++) {
+        struct fv_light light = r % 2 ? light_at(FV_LIGHT_SUN, -0.2, 1, 0.1) : light_at(FV_LIGHT_POINT, 0.3, 3, 0.2);
+        int bars = rows[r / 2].bars, side = rows[r / 2].side;
+        build_bars(bars, &light);
+        FOR_EACH_ISA
+        {
+            make(side, isa);
+            const struct fv_light_map *m = &s.tracer.visibility->map[0];
+            uint32_t *word = (uint32_t *)(uintptr_t)m->nearness;
+            int by_both = count_different(&view, isa);
+            int64_t cast = shadow_rays;
+            for (int64_t i = 0; i < (int64_t)m->faces * (side + 1) * (side + 1); i++) word[i] &= ~(uint32_t)FV_NODE_COARSE;
+            int by_map = count_different(&view, isa);
+            print_message("%s, %d bars, %d texels, isa %d: %.2f coarse, %lld rays; of 1024 %d differ, by the map alone %d\n",
+                          r % 2 ? "sun" : "point", bars, side, isa, (double)m->coarse, (long long)cast, by_both, by_map);
+            assert_int_equal(shadow_rays, 0);
+            if (rows[r / 2].coarse) assert_true(by_map > 60 && by_both * 20 <= by_map && cast > 500);
+            else assert_true(cast == 0 && by_map < 60);
+        }
         fv_tracer_close(&s.tracer);
     }
 }
@@ -449,7 +512,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(maps_agree_with_rays),     cmocka_unit_test(planes_do_not_shadow_themselves),
-        cmocka_unit_test(edges_are_where_they_are), cmocka_unit_test(lights_in_odd_places),
+        cmocka_unit_test(edges_are_where_they_are), cmocka_unit_test(what_is_too_fine_is_left_to_rays), cmocka_unit_test(lights_in_odd_places),
         cmocka_unit_test(lights_without_maps),      cmocka_unit_test(what_moves_throws_shadows),
         cmocka_unit_test(mirrors_keep_rays),        cmocka_unit_test(plans_make_maps)};
     return cmocka_run_group_tests(tests, start_workers, NULL);

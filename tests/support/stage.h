@@ -60,6 +60,16 @@ static inline void stage_open(struct stage *s, struct fv_workers *workers)
     stage_loop(s, workers);
 }
 
+/* All of it: the settings, the scene that they name, and the loop. */
+static inline void stage_begin(struct stage *s, int size, const char *const *sets, const char *const *more,
+                               struct fv_workers *workers)
+{
+    struct fv_error error;
+    stage_set(s, size, sets, more);
+    if (fv_scene_load(&s->scene, &s->config, &error)) fail_msg("%s", error.text);
+    stage_open(s, workers);
+}
+
 /* Another's scene, with this one's settings of the methods. */
 static inline void stage_share(struct stage *s, const struct stage *of, struct fv_workers *workers)
 {
@@ -75,16 +85,22 @@ static inline void stage_close(struct stage *s)
     if (!s->shares) fv_tracer_close(&s->tracer);
 }
 
-/* Where the scene's path begins, turned by yaw; the gaze to the right. */
+/* From there; the gaze to the right. */
+static inline void stage_frame_from(struct stage *s, const struct fv_pose *head, double gaze_deg, int64_t t_ns)
+{
+    double gaze[2][3] = {{sin(gaze_deg * M_PI / 180), 0, -cos(gaze_deg * M_PI / 180)}};
+    memcpy(gaze[1], gaze[0], sizeof gaze[1]);
+    fv_loop_frame(&s->loop, head, gaze, 0, t_ns, &s->record);
+}
+
+/* From where the scene's path begins, turned by yaw. */
 static inline void stage_frame(struct stage *s, double yaw_deg, double gaze_deg, int64_t t_ns)
 {
     struct fv_pose stand, turn = {{0, 0, 0}, {1, 0, 0, 0}}, head;
-    double gaze[2][3] = {{sin(gaze_deg * M_PI / 180), 0, -cos(gaze_deg * M_PI / 180)}};
-    memcpy(gaze[1], gaze[0], sizeof gaze[1]);
     fv_path_pose(&s->config.scene_path, s->config.scene_path_seconds, 0, &stand);
     fv_quat_from_yaw_pitch_roll(yaw_deg * M_PI / 180, 0, 0, turn.rotation);
     fv_pose_compose(&stand, &turn, &head);
-    fv_loop_frame(&s->loop, &head, gaze, 0, t_ns, &s->record);
+    stage_frame_from(s, &head, gaze_deg, t_ns);
 }
 
 static inline const uint32_t *stage_row(const struct stage *s, int y)
