@@ -12,6 +12,8 @@
     TRACE(fv_trace_all, isa)                                                                                     \
     TRACE(fv_trace_moving, isa)                                                                                  \
     TRACE(fv_trace_fields, isa)                                                                                  \
+    TRACE(fv_trace_paths, isa)                                                                                   \
+    TRACE(fv_trace_paths_textured, isa)                                                                          \
     void fv_field_starts_##isa(const struct fv_tracer *, const struct fv_view *, struct fv_samples *, float,     \
                                int64_t *);                                                                       \
     TRACE(fv_trace_samples, isa)                                                                                 \
@@ -36,10 +38,10 @@
     void fv_double_row_##isa(const uint32_t *, const uint32_t *, uint32_t *, int);                              \
     void fv_pixel_present_##isa(const uint32_t *, uint8_t *, int);
 /* Rows of the coarsest tiles are 8 pixels: `narrow` are kernels that take no more at a time. */
-#define ROW(trace_, isa, narrow)                                                                                 \
+#define ROW(trace_, paths_, isa, narrow)                                                                         \
     {                                                                                                            \
-        .trace = trace_##_##isa, .starts = fv_field_starts_##isa, .map_row = fv_map_row_##isa,                   \
-        .encode = fv_pixel_encode_##isa,                                                                         \
+        .trace = trace_##_##isa, .paths = paths_##_##isa, .starts = fv_field_starts_##isa,                                       \
+        .map_row = fv_map_row_##isa, .encode = fv_pixel_encode_##isa,                                                                         \
         .encode_light = fv_pixel_encode_light_##isa,                                                             \
         .encode_albedo = fv_pixel_encode_albedo_##isa, .compose = fv_pixel_compose_##isa,                        \
         .reproject = {fv_reproject_##isa, fv_reproject_##isa, fv_reproject_##narrow}, .merge = fv_merge_##isa,   \
@@ -52,13 +54,13 @@
     }
 #define ROWS(isa, narrow)                                                                                        \
     {                                                                                                            \
-        [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, isa, narrow),                                                   \
-        [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, isa, narrow),                                             \
-        [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, isa, narrow),                                             \
-        [FV_VARIANT_ALL] = ROW(fv_trace_all, isa, narrow),                                                       \
-        [FV_VARIANT_MOVING] = ROW(fv_trace_moving, isa, narrow),                                                 \
-        [FV_VARIANT_FIELDS] = ROW(fv_trace_fields, isa, narrow),                                                 \
-        [FV_VARIANT_EVERYTHING] = ROW(fv_trace_samples, isa, narrow),                                            \
+        [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, fv_trace_paths_textured, isa, narrow),                                                   \
+        [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, fv_trace_paths_textured, isa, narrow),                                             \
+        [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, fv_trace_paths, isa, narrow),                                             \
+        [FV_VARIANT_ALL] = ROW(fv_trace_all, fv_trace_paths, isa, narrow),                                                       \
+        [FV_VARIANT_MOVING] = ROW(fv_trace_moving, fv_trace_paths, isa, narrow),                                                 \
+        [FV_VARIANT_FIELDS] = ROW(fv_trace_fields, fv_trace_paths, isa, narrow),                                                 \
+        [FV_VARIANT_EVERYTHING] = ROW(fv_trace_samples, fv_trace_paths, isa, narrow),                                            \
     }
 
 DECLARE(base)

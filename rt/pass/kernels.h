@@ -26,6 +26,10 @@ struct fv_kernels {
     void (*trace)(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
                   uint32_t seed, int64_t *rays);
 
+    /* The same, but what primary rays hit is lit by paths: see trace/path.h and `paths` of struct fv_samples. */
+    void (*paths)(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
+                  uint32_t seed, int64_t *rays);
+
     /* Cones through the scene's fields: afterwards samples->start holds, for each sample, a ray parameter before
      * which no ray of the view whose place lies within `radius_px` pixels (each way across the picture, as the crow
      * flies) of the sample's meets anything in the fields, nor comes near enough to count as a hit; infinite where
