@@ -19,6 +19,7 @@ struct fv_contrast;       /* rt/pass/pyramid.h */
 struct fv_repaint;        /* rt/pass/pyramid.h */
 struct fv_smooth;         /* rt/pass/smooth.h */
 struct fv_reuse;          /* rt/pass/reuse.h */
+struct fv_atrous;         /* rt/pass/atrous.h */
 
 struct fv_kernels {
     /* Traces and shades samples [0, count); seed: changes the random numbers of sampled light.
@@ -68,6 +69,12 @@ struct fv_kernels {
 
     /* A row of pixels of the central region; see reuse.h. */
     void (*reuse)(struct fv_reuse *row);
+
+    /* Light filtered over its neighbours: a rectangle of a picture, one iteration; and n linear colours times `scale` to
+     * light in 32 bits, and back; n and the arrays padded to the width. See atrous.h. */
+    void (*atrous)(const struct fv_atrous *rectangle);
+    void (*pack_light)(const float *red, const float *green, const float *blue, float scale, uint32_t *light, int n);
+    void (*unpack_light)(const uint32_t *light, float *red, float *green, float *blue, int n);
 
     /* n pixels to the linear colours, times the exposure, that they stand for; n and the arrays padded to the width. */
     void (*decode)(const uint32_t *pixel, float *red, float *green, float *blue, int n);
