@@ -52,6 +52,12 @@ static const char *const buffer_names[FV_BUFFERS] = {
     [FV_EARLIER_CACHE] = "earlier cache",
     [FV_SMOOTHED] = "smoothed colour",
     [FV_HISTORY_STARTS] = "history starts",
+    [FV_LAYER] = "layer",
+    [FV_TILE_LAYERS] = "layers of tiles",
+    [FV_ALBEDO] = "albedo",
+    [FV_DEPTH] = "depth",
+    [FV_LIGHT] = "light",
+    [FV_FILTERED] = "filtered light",
     [FV_PICTURE] = "picture",
 };
 
@@ -99,6 +105,8 @@ static int64_t bytes_of(const struct fv_frame *f, enum fv_buffer buffer)
     case FV_SELECTED:
     case FV_MASKED:
     case FV_RESAMPLED: return 8 * (int64_t)f->tiles_x * f->tiles_y;
+    case FV_TILE_LAYERS: return (int64_t)f->tiles_x * f->tiles_y;
+    case FV_LAYER:
     case FV_COARSE_SEEN:
     case FV_CHAIN:
     case FV_HISTORY_CHAIN: return pixels + 64;
@@ -516,7 +524,7 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
         char *bytes = fv_arena_take(fv_arena(), buffer_names[b], (size_t)p->bytes[b], 4096);
         memset(bytes, 0, (size_t)p->bytes[b]); /* touched now: the first frames would pay for it */
         f->buffer[b][0] = bytes;
-        if (f->eyes == 2 && b != FV_SELECTED && b != FV_RESAMPLED && b != FV_MASKED && b != FV_REUSED) f->buffer[b][1] = bytes + p->bytes[b] / 2;
+        if (f->eyes == 2 && b != FV_SELECTED && b != FV_RESAMPLED && b != FV_MASKED && b != FV_REUSED && b != FV_TILE_LAYERS) f->buffer[b][1] = bytes + p->bytes[b] / 2;
     }
     take_pasts(p, f);
     f->planes = p->planes;

@@ -31,6 +31,8 @@
     void fv_atrous_##isa(const struct fv_atrous *);                                                              \
     void fv_pack_light_##isa(const float *, const float *, const float *, float, uint32_t *, int);               \
     void fv_unpack_light_##isa(const uint32_t *, float *, float *, float *, int);                                \
+    void fv_light_up_##isa(const uint32_t *, const uint32_t *, const float *, const float *, const float *,      \
+                           uint32_t *, int);                                                                     \
     void fv_pixel_decode_##isa(const uint32_t *, float *, float *, float *, int);                                \
     void fv_pyramid_contrast_##isa(struct fv_contrast *);                                                        \
     void fv_pyramid_repaint_##isa(const struct fv_repaint *);                                                    \
@@ -54,17 +56,18 @@
         .contrast = fv_pyramid_contrast_##isa, .repaint = fv_pyramid_repaint_##isa,                              \
         .smooth = fv_smooth_##isa, .reuse = fv_reuse_##isa,                                                      \
         .atrous = fv_atrous_##isa, .pack_light = fv_pack_light_##isa, .unpack_light = fv_unpack_light_##isa,     \
+        .light_up = fv_light_up_##isa,                                                                           \
         .halve = fv_halve_##isa, .double_row = fv_double_row_##isa, .present = fv_pixel_present_##isa            \
     }
 #define ROWS(isa, narrow)                                                                                        \
     {                                                                                                            \
-        [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, fv_trace_paths_textured, isa, narrow),                                                   \
-        [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, fv_trace_paths_textured, isa, narrow),                                             \
-        [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, fv_trace_paths, isa, narrow),                                             \
-        [FV_VARIANT_ALL] = ROW(fv_trace_all, fv_trace_paths, isa, narrow),                                                       \
-        [FV_VARIANT_MOVING] = ROW(fv_trace_moving, fv_trace_paths, isa, narrow),                                                 \
-        [FV_VARIANT_FIELDS] = ROW(fv_trace_fields, fv_trace_paths, isa, narrow),                                                 \
-        [FV_VARIANT_EVERYTHING] = ROW(fv_trace_samples, fv_trace_paths, isa, narrow),                                            \
+        [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, fv_trace_paths_textured, isa, narrow),                          \
+        [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, fv_trace_paths_textured, isa, narrow),                    \
+        [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, fv_trace_paths, isa, narrow),                             \
+        [FV_VARIANT_ALL] = ROW(fv_trace_all, fv_trace_paths, isa, narrow),                                       \
+        [FV_VARIANT_MOVING] = ROW(fv_trace_moving, fv_trace_paths, isa, narrow),                                 \
+        [FV_VARIANT_FIELDS] = ROW(fv_trace_fields, fv_trace_paths, isa, narrow),                                 \
+        [FV_VARIANT_EVERYTHING] = ROW(fv_trace_samples, fv_trace_paths, isa, narrow),                            \
     }
 
 DECLARE(base)

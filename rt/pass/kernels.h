@@ -76,6 +76,10 @@ struct fv_kernels {
     void (*pack_light)(const float *red, const float *green, const float *blue, float scale, uint32_t *light, int n);
     void (*unpack_light)(const uint32_t *light, float *red, float *green, float *blue, int n);
 
+    /* Pixels of base + albedo * light; `pixel` may be one of the others; n and the arrays padded to the width. */
+    void (*light_up)(const uint32_t *base, const uint32_t *albedo, const float *red, const float *green, const float *blue,
+                     uint32_t *pixel, int n);
+
     /* n pixels to the linear colours, times the exposure, that they stand for; n and the arrays padded to the width. */
     void (*decode)(const uint32_t *pixel, float *red, float *green, float *blue, int n);
     /* Where neighbouring pixels of a lower level differ; see pyramid.h. */

@@ -9,7 +9,7 @@
  * or lets through is Whitted's (trace_kernel.c).
  *
  * Where a path leaves the scene it takes the sky's radiance, where it meets what shines that one's, but not behind the front of
- * an area light: that stands for it, and is drawn. The last surface takes the scene's ambient light, which stands for all
+ * an area light, nor of what shines nearer to one than a twentieth of its size: that stands for it, and is drawn. The last surface takes the scene's ambient light, which stands for all
  * bounces that are not followed. From the second bounce on paths end by chance, less likely the brighter they are
  * (roulette), the others counting for them.
  *
@@ -209,6 +209,22 @@ static vi behind_lights(const struct fv_tracer *tracer, vf3 origin, vf3 directio
     return behind;
 }
 
+/* Of the points, those that lie so near to an area light that it stands for them where they shine. */
+static vi near_lights(const struct fv_tracer *tracer, vf3 point)
+{
+    vi near = vi_of(0);
+    for (int i = 0; i < tracer->data->lights; i++) {
+        const struct fv_light *light = &tracer->light[i];
+        if (!is(light, FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) continue;
+        vf3 u = vf3_of(light->u), v = vf3_of(light->v), face = vf3_cross(u, v), place = vf3_sub(point, vf3_of(light->position));
+        vf whole = vf_dot(face, face), height = vf_dot(face, place), margin = vf_of(0.05f);
+        vf a = vf_dot(vf3_cross(place, v), face), b = vf_dot(vf3_cross(u, place), face);
+        vi within = (a >= -margin * whole) & (a <= (1.0f + margin) * whole) & (b >= -margin * whole) & (b <= (1.0f + margin) * whole);
+        near |= within & (height * height <= margin * margin * whole * vf_root(whole));
+    }
+    return near;
+}
+
 /* ---- directions ---- */
 
 /* Unit, about the unit vector `about`: at this cosine to it. */
@@ -322,7 +338,8 @@ static __attribute__((noinline)) vf3 follow_path(const struct path *p, const str
         if (!vi_any(mask)) return light;
         surface_set(&s, p->shading->tracer, &hit, rays.origin, rays.direction, rays.base, rays.growth);
         surface_fetch(&s, scene);
-        if (s.any & FV_FEATURES & FV_MATERIAL_EMISSIVE) add_lanes(&light, mask & ~behind, product(weight, s.emission));
+        if (s.any & FV_FEATURES & FV_MATERIAL_EMISSIVE)
+            add_lanes(&light, mask & ~(behind | near_lights(p->shading->tracer, s.point)), product(weight, s.emission));
         weight = product(weight, reflectance(&s));
         vu seed = hashed(p->pixel + (uint32_t)depth * 0x632be5abu);
         vf which, stay, a, b;
