@@ -366,7 +366,9 @@ static inline vf3 light_of_path(const struct path *p, const struct lit *lit, con
     const struct surface *s = lit->surface;
     vf3 gloss, weight;
     vf a, b;
-    place_in(p->number[PATH_PLACE_U], p->number[PATH_PLACE_V], i, n, &a, &b);
+    /* Places are not shared out as lights are: each light would get its own part of every other. */
+    a = fraction(p->number[PATH_PLACE_U] + (float)i * 0.754877666f);
+    b = fraction(p->number[PATH_PLACE_V] + (float)i * 0.569840291f);
     vf which = (p->number[PATH_LIGHT] + (float)i) * (1 / (float)n);
     vf3 light = light_of_one(lit, which, a, b, mask, true, f->glossy ? &gloss : NULL);
     if (f->glossy) light = vf3_add(light, product(f->lobe, vf3_sub(gloss, light)));
