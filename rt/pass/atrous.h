@@ -8,15 +8,15 @@
  * sparse.
  *
  *   w_light     exp(-(l - l')^2 / (sigma_light^2 s s')), l = (red + 2 green + blue) / 4; s is 1, or where a variance is given
- *               its square root (SVGF, Schied et al. 2017). 1 where either pixel has no light.
+ *               its square root, 1/1024 at least (after SVGF, Schied et al. 2017). 1 where either pixel has no light.
  *   w_normal    exp(-|n - n'|^2 / sigma_normal^2)
  *   w_position  exp(-d^2 / sigma_position^2), d: how far the pixel and its neighbour lie from each other's tangent planes,
  *               mean of both, in pixels' sizes at its depth times `step`. On planes that is 0 however they are seen, and on
  *               spheres. Positions are rebuilt from depth: along a row inverse depth is linear where a surface is plane, so
  *               that with n and n' (times 2) d costs five operations (rt/pass/atrous_kernel.c).
  *
- * exp is atrous_weight, which is up to 6.2 % above it and never below. Of the two pixels of a pair d's unit is taken at the upper left
- * one's depth. Means are convex: nothing gets brighter than the brightest neighbour, but by half a step of the light's format.
+ * For exp a straight line between powers of 2 is taken: up to 6.2 % above it and never below, 0 from 88 on. d's unit is taken at the depth of the pair's upper pixel, or of
+ * that to the left. Means are convex: nothing gets brighter than the brightest neighbour, but by half a step of the light's format.
  *
  * A pixel that has no light and no neighbour that weighs anything stays without; it counts as black. One that shows no
  * surface (inverse depth not above 0, or NaN) stays as it is and gives nothing. Pixels beyond the picture give nothing. */
@@ -69,7 +69,7 @@ enum fv_atrous_taps { FV_ATROUS_ACROSS, FV_ATROUS_DOWN, FV_ATROUS_FULL, FV_ATROU
 enum { FV_ATROUS_STEP_MAX = 64 };
 
 /* A rectangle of a picture. Planes are the picture's, from its pixel (0, 0) on; only pixels of the rectangle are written. Full
- * rows, of ACROSS, and columns of 64 pixels and of the picture's height, of DOWN, take the least time; any will do, and give the
+ * rows, of ACROSS, and columns of 96 pixels and of the picture's height, of DOWN, take the least time; any will do, and give the
  * same. */
 struct fv_atrous {
     enum fv_atrous_taps taps;

@@ -1,6 +1,7 @@
 fv_test(bench full_ratio rt)
 fv_test(bench light_maps rt)
 fv_test(bench peers rt)
+fv_test(bench atrous rt)
 fv_test(bench budget cli)
 fv_test(bench weier2016 cli)
 fv_test(bench kim2021 rt)
