@@ -292,7 +292,7 @@ static FV_INLINE void filter_across(const struct fv_atrous *outer, bool varies)
     const struct fv_atrous *a = &f.a;
     int s = a->step;
     bool ones = false;
-    const float *q[4] = {strip, strip + s, strip + 3 * s, strip + 4 * s}, *w[4] = {two, one + s, one + 2 * s, two + 2 * s};
+    const float *q[4] = {strip, strip + s, strip + 3 * s, strip + 4 * s}, *w[4] = {two, one, one + s, two + 2 * s};
     for (int y = a->y; y < a->y + a->rows; y++)
         for (int x = a->x; x < a->x + a->columns; x += ROW) {
             int left = a->x + a->columns - x, n = left < ROW ? left : ROW;
