@@ -30,7 +30,7 @@
 
 /* Light without albedo, times the exposure, in 32 bits: mantissas of 9 bits, red the lowest, and in bits 27 to 31 an exponent e
  * that they share; m 2^(e - 24), the greatest mantissa from 256 on but for e = 0 (as EXT_texture_shared_exponent). To the
- * nearest: off by at most 1/512 of the greatest channel, 2^-25 where all are small. Brighter than FV_LIGHT_MAX counts as that,
+ * nearest: off by at most 1/511 of the greatest channel, 2^-25 where all are small. Brighter than FV_LIGHT_MAX counts as that,
  * channel by channel; negative and NaN channels as 0. All bits set: there is none. */
 #define FV_LIGHT_MAX 65280.0f
 #define FV_LIGHT_NONE 0xffffffffu
