@@ -2,7 +2,8 @@
  * estimation as in Peres et al. 2023, section 3.3). For kernels only; the samples' `paths` say how many paths each takes.
  *
  * At each surface of a path one light is drawn, by what it would send there if nothing were in the way, and one shadow ray goes
- * to a place of it; then the path goes on in a direction drawn by the cosine. What is returned is irradiance / pi, without the
+ * to a place of it. At the first surface, where there are no more lights than the pixel has paths, these share them out instead:
+ * one ray goes to each point and sun, which tells all, and the others to area lights, so that choosing adds no noise. Then the path goes on in a direction drawn by the cosine. What is returned is irradiance / pi, without the
  * first surface's albedo, so that light + albedo stay apart for the filter. Where the first surface has a Phong lobe, light is
  * (diffuse E + specular S) / (diffuse + specular), E by the cosine and S by the lobe, and albedo diffuse + specular: their product
  * is what leaves it. Later surfaces are matt, of all that they reflect, mirrors and glass among them; what the first one mirrors
@@ -21,7 +22,7 @@
 
 #include "rt/trace/light.h"
 
-enum { PATH_NUMBERS = 5 };
+enum { PATH_NUMBERS = 5, PATH_SHARED = 16 };
 enum path_number { PATH_ACROSS, PATH_ALONG, PATH_LIGHT, PATH_PLACE_U, PATH_PLACE_V };
 
 /* A packet's paths. */
@@ -31,6 +32,8 @@ struct path {
     vu pixel;                /* hashed */
     uint32_t frame;
     int bounces;
+    /* Lights of all, where they are no more than PATH_SHARED: points and suns, and behind them area lights. */
+    int lights, points, order[PATH_SHARED];
 };
 
 static inline vf fraction(vf a)
@@ -102,6 +105,18 @@ static inline void path_begin(struct path *p, const float *noise, vf x, vf y, ui
     p->frame = frame;
 }
 
+static inline void path_lights(struct path *p, const struct fv_tracer *tracer)
+{
+    p->lights = tracer->data->lights;
+    if (p->lights > PATH_SHARED) return;
+    int n = 0;
+    for (int area = 0; area < 2; area++) {
+        for (int i = 0; i < p->lights; i++)
+            if ((tracer->light[i].kind == FV_LIGHT_AREA) == area) p->order[n++] = i;
+        if (!area) p->points = n;
+    }
+}
+
 /* ---- one light of many ---- */
 
 static inline float brightness(const float colour[3])
@@ -161,14 +176,15 @@ static inline vf3 gather3(const float *base, vi index)
     return (vf3){vf_gather(base, index), vf_gather(base, index + 1), vf_gather(base, index + 2)};
 }
 
-/* Irradiance / pi from one light, drawn by `random` at the place (a, b) of it, in the lanes of mask; and, where asked for, what
- * reaches the viewer through a Phong lobe of reflectance 1. */
-static __attribute__((noinline)) vf3 light_of_one(const struct lit *lit, vf random, vf a, vf b, vi mask, bool coherent, vf3 *gloss)
+/* Irradiance / pi from one light, counted so many times, at the place (a, b) of it, in the lanes of mask; and, where asked for,
+ * what reaches the viewer through a Phong lobe of reflectance 1. */
+static __attribute__((noinline)) vf3 light_of_one(const struct lit *lit, vi chosen, vf times, vf a, vf b, vi mask, bool coherent,
+                                                  vf3 *gloss)
 {
     const struct surface *s = lit->surface;
     const struct fv_light *first = lit->shading->tracer->light;
-    vf times, zero = vf_of(0);
-    vi at = choose_light(lit, random, &times) * (int)(sizeof *first / sizeof(float));
+    vf zero = vf_of(0);
+    vi at = chosen * (int)(sizeof *first / sizeof(float));
     vi kind = vi_gather(&first->kind, at);
     vi sun = kind == FV_LIGHT_SUN, area = kind == FV_LIGHT_AREA;
     vf3 way = gather3(first->position, at), colour = gather3(first->colour, at), face = {zero, zero, zero};
@@ -342,11 +358,12 @@ static __attribute__((noinline)) vf3 follow_path(const struct path *p, const str
             add_lanes(&light, mask & ~(behind | near_lights(p->shading->tracer, s.point)), product(weight, s.emission));
         weight = product(weight, reflectance(&s));
         vu seed = hashed(p->pixel + (uint32_t)depth * 0x632be5abu);
-        vf which, stay, a, b;
+        vf which, stay, a, b, times;
         lit.start = vf3_add(s.point, vf3_scale(s.geometric, s.offset));
         draw(seed, n, &which, &stay);
         draw(hashed(seed ^ 0x68bc21ebu), n, &a, &b);
-        add_lanes(&light, mask, product(weight, light_of_one(&lit, which, a, b, mask, false, NULL)));
+        vi chosen = choose_light(&lit, which, &times);
+        add_lanes(&light, mask, product(weight, light_of_one(&lit, chosen, times, a, b, mask, false, NULL)));
         if (depth >= p->bounces) {
             add_lanes(&light, mask, product(weight, ambient_at(scene, &s)));
             return light;
@@ -359,19 +376,45 @@ static __attribute__((noinline)) vf3 follow_path(const struct path *p, const str
     }
 }
 
+/* Which light path i of n looks at, and by how much that counts: false where none. */
+static inline bool light_of_share(const struct path *p, int i, int n, int *chosen, float *times)
+{
+    int areas = p->lights - p->points, rest = n - p->points, k = i - p->points;
+    *times = (float)n;
+    if (k >= 0 && areas == 0) return false;
+    *chosen = p->order[k < 0 ? i : p->points + k % areas];
+    if (k >= 0) *times /= (float)(rest / areas + (k % areas < rest % areas));
+    return true;
+}
+
+/* What path i of n adds of light that reaches the first surface at once. */
+static inline vf3 direct_light(const struct path *p, const struct lit *lit, const struct first *f, int i, int n, vi mask)
+{
+    vf3 light = {vf_of(0), vf_of(0), vf_of(0)}, gloss;
+    /* Places are not shared out as lights are: each light would get its own part of every other. */
+    vf a = fraction(p->number[PATH_PLACE_U] + (float)i * 0.754877666f), b = fraction(p->number[PATH_PLACE_V] + (float)i * 0.569840291f);
+    vf times;
+    vi chosen;
+    if (p->lights <= n && p->lights <= PATH_SHARED) {
+        int one;
+        float counts;
+        if (!light_of_share(p, i, n, &one, &counts)) return light;
+        chosen = vi_of(one);
+        times = vf_of(counts);
+    } else {
+        chosen = choose_light(lit, (p->number[PATH_LIGHT] + (float)i) * (1 / (float)n), &times);
+    }
+    light = light_of_one(lit, chosen, times, a, b, mask, true, f->glossy ? &gloss : NULL);
+    return f->glossy ? vf3_add(light, product(f->lobe, vf3_sub(gloss, light))) : light;
+}
+
 /* Light of path i of n, in the lanes of mask. */
 static inline vf3 light_of_path(const struct path *p, const struct lit *lit, const struct first *f, int i, int n, vi mask)
 {
     const struct fv_scene *scene = p->shading->tracer->data;
     const struct surface *s = lit->surface;
-    vf3 gloss, weight;
+    vf3 weight, light = direct_light(p, lit, f, i, n, mask);
     vf a, b;
-    /* Places are not shared out as lights are: each light would get its own part of every other. */
-    a = fraction(p->number[PATH_PLACE_U] + (float)i * 0.754877666f);
-    b = fraction(p->number[PATH_PLACE_V] + (float)i * 0.569840291f);
-    vf which = (p->number[PATH_LIGHT] + (float)i) * (1 / (float)n);
-    vf3 light = light_of_one(lit, which, a, b, mask, true, f->glossy ? &gloss : NULL);
-    if (f->glossy) light = vf3_add(light, product(f->lobe, vf3_sub(gloss, light)));
     if (p->bounces == 0) return vf3_add(light, ambient_at(scene, s));
     place_in(p->number[PATH_ACROSS], p->number[PATH_ALONG], i, n, &a, &b);
     vf3 way = first_way(lit, f, a, b, &weight, &mask);
@@ -407,6 +450,7 @@ static vf3 path_surface(const struct shading *shading, struct surface *s, vf3 di
     vf3 zero = {vf_of(0), vf_of(0), vf_of(0)}, albedo;
     surface_fetch(s, shading->tracer->data);
     path_begin(&p, samples->noise, vf_load(samples->x + shading->at), vf_load(samples->y + shading->at), shading->seed);
+    path_lights(&p, shading->tracer);
     lit.start = vf3_add(s->point, vf3_scale(s->geometric, s->offset));
     albedo = s->diffuse;
     if (s->any & FV_FEATURES & FV_MATERIAL_SPECULAR) {

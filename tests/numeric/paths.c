@@ -89,10 +89,10 @@ static void add_lights(struct small_scene *s, int lights)
     s->scene.features |= FV_SCENE_POINT_LIGHTS | FV_SCENE_AREA_LIGHTS;
 }
 
-/* The mean over pixels of what each light adds, one drawn at a time, against all of them by Whitted's shading. */
-static void one_light_stands_for_all(void **state)
+/* The mean over pixels of what each light adds, one drawn at a time or shared out among paths, against all of them by Whitted's
+ * shading. */
+static void lights_stand_for_all(int paths)
 {
-    (void)state;
     static struct small_scene s;
     struct fv_material m = fv_material_default();
     small_begin(&s);
@@ -107,9 +107,9 @@ static void one_light_stands_for_all(void **state)
     add_lights(&s, 4);
     for (int isa = 0; isa < 3 && reopen(&s, isa); isa++) {
         double sum[3] = {0};
-        enum { FRAMES = 16 };
+        enum { FRAMES = 64 };
         for (uint32_t frame = 0; frame < FRAMES; frame++) {
-            trace(&s, 0, 16, frame);
+            trace(&s, 0, paths, frame);
             for (int i = 0; i < samples.count; i++) {
                 sum[0] += (double)(samples.red[i] + samples.albedo_red[i] * samples.light_red[i]) / FRAMES / samples.count;
                 sum[1] += (double)(samples.green[i] + samples.albedo_green[i] * samples.light_green[i]) / FRAMES / samples.count;
@@ -123,11 +123,24 @@ static void one_light_stands_for_all(void **state)
         fv_kernels(s.tracer.isa)->trace(&s.tracer, &view, &samples, 0, rays);
         double want[3] = {mean_of(samples.red), mean_of(samples.green), mean_of(samples.blue)};
         for (int c = 0; c < 3; c++) {
-            print_message("one light of four (%s): %.4f, all: %.4f\n", isas[isa], sum[c], want[c]);
+            print_message("%d paths for four lights (%s): %.4f, all: %.4f\n", paths, isas[isa], sum[c], want[c]);
             assert_true(fabs(sum[c] / want[c] - 1) < 0.01);
         }
     }
     fv_tracer_close(&s.tracer);
+}
+
+static void one_light_stands_for_all(void **state)
+{
+    (void)state;
+    lights_stand_for_all(3);
+}
+
+static void lights_are_shared_out(void **state)
+{
+    (void)state;
+    lights_stand_for_all(4);
+    lights_stand_for_all(7);
 }
 
 /* In a furnace of glossy walls, whose lobes reflect 0.3 at most and matt parts 0.4, nothing gets brighter than what walls of 0.7
@@ -217,7 +230,7 @@ static void paths_by_sample(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(furnace), cmocka_unit_test(one_light_stands_for_all),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(furnace), cmocka_unit_test(one_light_stands_for_all), cmocka_unit_test(lights_are_shared_out),
                                        cmocka_unit_test(gloss_gains_no_energy), cmocka_unit_test(odd_lights),
                                        cmocka_unit_test(paths_by_sample)};
     return cmocka_run_group_tests(tests, NULL, NULL);
