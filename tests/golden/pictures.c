@@ -16,6 +16,7 @@ static const struct {
     {"columns-reproject", "--set scene.name=columns --set method.name=reproject"},
     {"temple-full", "--set scene.name=temple --set method.name=full"},
     {"cornell-selective", "--set scene.name=cornell --set method.name=selective --set selective.periphery=every --set selective.smooth=0"},
+    {"cornell-denoise", "--set scene.name=cornell --set method.name=denoise --set denoise.p=0.5"},
     {"atrium-selective", "--set scene.name=atrium --set method.name=selective --set selective.smooth=0"},
 };
 static const char *const isas[] = {"base", "avx2", "avx512"};
