@@ -3,7 +3,7 @@
  *
  * One iteration takes of each pixel the weighted mean of 5 x 5 pixels `step` apart, 1/16, 1/4, 3/8, 1/4, 1/16 across and down
  * times w_light w_normal w_position b, b: 1 where the neighbour has light, else 0. FV_ATROUS_FULL is that; FV_ATROUS_ACROSS and
- * then FV_ATROUS_DOWN are the same in two passes of 5 pixels each, far cheaper, and as good. FV_ATROUS_FILL is a full one that
+ * then FV_ATROUS_DOWN are the same in two passes of 5 pixels each, far cheaper, and leave about as little noise. FV_ATROUS_FILL is a full one that
  * changes only pixels without light, where nothing weighs by its light: one of these, at step 1, comes first where samples are
  * sparse.
  *
