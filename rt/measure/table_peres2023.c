@@ -99,6 +99,7 @@ static void open_bench(const struct fv_table_bench *of)
     *truth = *of->config;
     truth->display_eyes = 1;
     truth->denoise_p = 0;
+    snprintf(truth->denoise_despeckle, sizeof truth->denoise_despeckle, "off");
     set_all(&truth->denoise_spp, of->config->method_spp > 1 ? (double)of->config->method_spp : TRUTH);
     set_all(&truth->denoise_iterations, 0);
     fv_vantage_side_open(&bench.vantage, &bench.truth, "denoise");

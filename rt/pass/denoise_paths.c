@@ -27,6 +27,41 @@ static int ask(const struct fv_frame *f, const struct fv_tile *tile, struct fv_s
     return paths;
 }
 
+/* Light of a tile's samples, by rows, none around it and where there is none: -1. */
+struct tile_light {
+    float luma[FV_TILE + 2][FV_TILE + 2];
+};
+
+/* The brightest neighbour's, -1: there is none. */
+static float brightest_around(const struct tile_light *t, int x, int y)
+{
+    float most = -1;
+    for (int k = 0; k < 9; k++)
+        if (k != 4 && t->luma[y + k / 3][x + k % 3] > most) most = t->luma[y + k / 3][x + k % 3];
+    return most;
+}
+
+/* Rare paths that happen upon a bright place stand out from all around them, and the filter would leave them: to no more than
+ * twice the brightest neighbour in the tile. Nothing gets brighter. */
+static void despeckle(const struct fv_tile *tile, struct fv_samples *s)
+{
+    struct tile_light t;
+    for (int y = 0; y < FV_TILE + 2; y++)
+        for (int x = 0; x < FV_TILE + 2; x++) t.luma[y][x] = -1;
+    for (int i = 0; i < s->count; i++)
+        if (s->paths[i] > 0 && s->inverse_depth[i] > 0)
+            t.luma[(int)s->y[i] - tile->y0 + 1][(int)s->x[i] - tile->x0 + 1] = 0.25f * (s->light_red[i] + s->light_blue[i]) + 0.5f * s->light_green[i];
+    for (int i = 0; i < s->count; i++) {
+        int x = (int)s->x[i] - tile->x0, y = (int)s->y[i] - tile->y0;
+        float most = brightest_around(&t, x, y), own = t.luma[y + 1][x + 1];
+        if (most < 0 || !(own > 2 * most)) continue;
+        float times = 2 * most / own;
+        s->light_red[i] *= times;
+        s->light_green[i] *= times;
+        s->light_blue[i] *= times;
+    }
+}
+
 static void trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
 {
     struct fv_worker_scratch *w = &f->scratch[tile->worker];
@@ -38,6 +73,7 @@ static void trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t block
     s->noise = f->noise;
     k->paths(f->tracer, &f->view[tile->eye], s, 2 * (uint32_t)f->number + (uint32_t)tile->eye, w->rays);
     s->identified = false;
+    if (f->denoise.despeckle) despeckle(tile, s);
     uint32_t *light = w->pixel[FV_PLANE_LIGHT];
     k->encode(s->red, s->green, s->blue, exposure, w->pixel[FV_PLANE_BASE], s->count);
     k->encode_albedo(s->albedo_red, s->albedo_green, s->albedo_blue, w->pixel[FV_PLANE_ALBEDO], s->count);

@@ -130,6 +130,7 @@ struct fv_selective {
 /* Settings of the method denoise (pass/denoise.h). */
 struct fv_denoise {
     int bounces;
+    bool despeckle;                                  /* lone bright pixels are taken down before the filter */
     float sigma_light, sigma_normal, sigma_position; /* pass/atrous.h */
 };
 
