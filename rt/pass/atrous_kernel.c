@@ -336,6 +336,7 @@ static FV_INLINE void filter_column(const struct filter *f, struct column *r, in
         int at[RING], row = y + (j - 2) * s; /* of the rows j - 4 to j */
         for (int i = 0; i < RING; i++) at[i] = (j + i + 2 * RING - 4) % RING;
         seen = seen >> 2 | decode(f, x, y + j * s, n, r->strip[at[4]], &r->ones[at[4]], (struct known){COLUMN, varies, false}, false, true) << 8;
+        if (j < 0) continue;
         bool kept = j >= 2 && within(a, x, row, n), means = j >= 2 && !kept;
         if (kept) keep(a, x, row, n);
         if (seen & 0x155) column_row(f, r, at, x, row, n, means, seen >> 4 & 3, (struct known){COLUMN, varies, false});
@@ -348,7 +349,7 @@ static FV_INLINE void filter_down(const struct fv_atrous *outer, bool varies)
     struct filter f = filter_of(outer);
     const struct fv_atrous *a = &f.a;
     struct column ring;
-    memset(&ring, 0, sizeof ring);
+    for (int i = 0; i < RING; i++) ring.ones[i] = false;
     for (int x = a->x; x < a->x + a->columns; x += COLUMN) {
         int left = a->x + a->columns - x, n = left < COLUMN ? left : COLUMN;
         for (int y = a->y; y < a->y + a->step && y < a->y + a->rows; y++) filter_column(&f, &ring, x, y, n, varies);
