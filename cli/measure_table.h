@@ -24,6 +24,6 @@ int fv_table_page(const struct fv_table_report *report, const char *path, struct
 /* What it shows of a table, between its heading and its foot. Returns 0, or -1 with the error set: a picture could not
  * be read. */
 typedef int fv_table_page_of(struct fv_writer *out, const struct fv_table_report *report, struct fv_error *error);
-fv_table_page_of fv_table_page_weier2016, fv_table_page_kim2021, fv_table_page_polychronakis2023;
+fv_table_page_of fv_table_page_weier2016, fv_table_page_kim2021, fv_table_page_peres2023, fv_table_page_polychronakis2023;
 
 #endif

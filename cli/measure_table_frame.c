@@ -13,6 +13,7 @@ static const struct {
     fv_table_page_of *write;
 } pages[] = {{"weier2016", fv_table_page_weier2016},
              {"kim2021", fv_table_page_kim2021},
+             {"peres2023", fv_table_page_peres2023},
              {"polychronakis2023", fv_table_page_polychronakis2023}};
 
 int fv_table_page(const struct fv_table_report *report, const char *path, struct fv_error *error)

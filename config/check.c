@@ -15,6 +15,7 @@ static int check_order(const struct fv_config *c, struct fv_error *error)
         {"selective.peri_deg", "selective.para_deg", c->selective_peri_deg, c->selective_para_deg},
         {"selective.near_deg", "selective.peri_deg", c->selective_near_deg, c->selective_peri_deg},
         {"selective.outer_deg", "selective.near_deg", c->selective_outer_deg, c->selective_near_deg},
+        {"denoise.outer_px", "denoise.inner_px", c->denoise_outer_px, c->denoise_inner_px},
     };
     for (unsigned i = 0; i < sizeof pairs / sizeof pairs[0]; i++)
         if (pairs[i].value < pairs[i].inner)
@@ -35,6 +36,8 @@ static int check_lists(const struct fv_config *c, struct fv_error *error)
         {"selective.shape", &c->selective_shape, 0, 1e6, false},
         {"selective.samples", &c->selective_samples, 1, 64, true},
         {"selective.alpha", &c->selective_alpha, 0, 1, false},
+        {"denoise.spp", &c->denoise_spp, 0, 1024, true},
+        {"denoise.iterations", &c->denoise_iterations, 0, 5, true},
     };
     for (unsigned i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         const struct fv_key *key = fv_key_find(rows[i].key);

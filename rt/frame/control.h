@@ -20,7 +20,7 @@
 #include <stdbool.h>
 
 enum {
-    FV_COST_STAGES = 8,            /* at most, of a frame */
+    FV_COST_STAGES = 16,           /* at most, of a frame */
     FV_COSTS = 2 * FV_COST_STAGES, /* each for sparse tiles and, at + 1, for those worked at whole */
     FV_LEVELS_MAX = 16
 };

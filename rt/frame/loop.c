@@ -2,6 +2,7 @@
 #include "rt/frame/loop.h"
 
 #include "platform/arena.h"
+#include "rt/pass/denoise.h"
 
 #include <math.h>
 #include <string.h>
@@ -58,6 +59,11 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
     /* What is refined is what was sampled, without history. */
     f->keep = strcmp(c->method_history, "keep") == 0 && !f->refined;
     set_selective(&f->selective, c);
+    f->denoise = (struct fv_denoise){.bounces = (int)c->denoise_bounces,
+                                     .despeckle = strcmp(c->denoise_despeckle, "on") == 0,
+                                     .sigma_light = (float)c->denoise_sigma_light,
+                                     .sigma_normal = (float)c->denoise_sigma_normal,
+                                     .sigma_position = (float)c->denoise_sigma_position};
     /* Shadows of what moves show in nodes that are traced: nothing else tells of them in time. */
     f->support_refresh = f->tracer->data->objects > 0 ? 1 : (int)c->method_support_refresh;
     f->support_counts = strcmp(c->method_support_samples, "count") == 0;
@@ -301,6 +307,7 @@ static void render(struct fv_loop *loop, const struct fv_pose *head, const doubl
     int64_t latched_ns = fv_clock_now_ns(loop->clock);
     r->level = fv_budget_begin(b, f, loop->level, decided, uncertainty_deg, start_ns, deadline_ns);
     r->decision.level = r->level;
+    fv_layers_begin(f);
     set_jitter(f, loop->config); /* by its spacing */
     r->periods = b->deadline_ns ? b->control.periods : 1;
     int64_t begun_ns = fv_clock_now_ns(loop->clock);
@@ -341,6 +348,7 @@ void fv_loop_restart(struct fv_loop *loop)
     loop->frame.number = 0;
     loop->frame.has_history = loop->frame.pyramid.has_last = false;
     loop->frame.pasts = 0;
+    loop->frame.layers[0].made = loop->frame.layers[1].made = false;
     for (int t = 0; t < loop->frame.tiles && loop->frame.state && !loop->plan->history; t++)
         loop->frame.state[t].holds[0] = 0;
     loop->frame.marked_share = loop->frame.failed_share = loop->frame.unanswered_share = loop->frame.failed_corners_share = 0;

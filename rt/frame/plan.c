@@ -305,12 +305,14 @@ static void take_pasts(const struct fv_plan *p, struct fv_frame *f)
 
 void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
 {
+    const uint64_t shared = FV_BIT(FV_SELECTED) | FV_BIT(FV_RESAMPLED) | FV_BIT(FV_MASKED) | FV_BIT(FV_REUSED) |
+                            FV_BIT(FV_TILE_LAYERS); /* of all eyes' tiles */
     for (int b = 0; b < FV_BUFFERS; b++) {
         if (!(p->buffers & FV_BIT(b))) continue;
         char *bytes = fv_arena_take(fv_arena(), fv_plan_buffer_name((enum fv_buffer)b), (size_t)p->bytes[b], 4096);
         memset(bytes, 0, (size_t)p->bytes[b]); /* touched now: the first frames would pay for it */
         f->buffer[b][0] = bytes;
-        if (f->eyes == 2 && b != FV_SELECTED && b != FV_RESAMPLED && b != FV_MASKED && b != FV_REUSED) f->buffer[b][1] = bytes + p->bytes[b] / 2;
+        if (f->eyes == 2 && !(shared & FV_BIT(b))) f->buffer[b][1] = bytes + p->bytes[b] / 2;
     }
     take_pasts(p, f);
     f->planes = p->planes;

@@ -44,6 +44,12 @@ static const char *const buffer_names[FV_BUFFERS] = {
     [FV_EARLIER_CACHE] = "earlier cache",
     [FV_SMOOTHED] = "smoothed colour",
     [FV_HISTORY_STARTS] = "history starts",
+    [FV_LAYER] = "layer",
+    [FV_TILE_LAYERS] = "layers of tiles",
+    [FV_ALBEDO] = "albedo",
+    [FV_DEPTH] = "depth",
+    [FV_LIGHT] = "light",
+    [FV_FILTERED] = "filtered light",
     [FV_PICTURE] = "picture",
 };
 
@@ -66,6 +72,8 @@ int64_t fv_plan_buffer_bytes(const struct fv_frame *f, enum fv_buffer buffer)
     case FV_SELECTED:
     case FV_MASKED:
     case FV_RESAMPLED: return 8 * (int64_t)f->tiles_x * f->tiles_y;
+    case FV_TILE_LAYERS: return (int64_t)f->tiles_x * f->tiles_y;
+    case FV_LAYER:
     case FV_COARSE_SEEN:
     case FV_CHAIN:
     case FV_HISTORY_CHAIN: return pixels + 64;

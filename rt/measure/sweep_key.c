@@ -35,9 +35,9 @@ static uint64_t hash_program(uint64_t h)
 
 static bool counts(const struct fv_key *key, bool whole)
 {
-    static const char *const sections[] = {"display", "method", "selective", "fovea",
+    static const char *const sections[] = {"display", "method", "selective", "denoise", "fovea",
                                            "threads", "scene",  "budget",    "imu"};
-    enum { SECTIONS = sizeof sections / sizeof sections[0], OF_SWEEP = 5 };
+    enum { SECTIONS = sizeof sections / sizeof sections[0], OF_SWEEP = 6 };
     static const char *const without[] = {"sink", "y4m_path", "headset", "name", "sealed_heap", "library", "memory_mb"};
     bool in = false;
     for (int i = 0; i < (whole ? SECTIONS : OF_SWEEP); i++) in |= strcmp(key->section, sections[i]) == 0;

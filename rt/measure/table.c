@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const struct fv_table *const tables[] = {&fv_table_weier2016, &fv_table_kim2021, &fv_table_polychronakis2023};
+static const struct fv_table *const tables[] = {&fv_table_weier2016, &fv_table_kim2021, &fv_table_peres2023, &fv_table_polychronakis2023};
 
 const struct fv_table *fv_table_at(int n)
 {

@@ -84,7 +84,7 @@ struct fv_table {
 const struct fv_table *fv_table_find(const char *name);
 const struct fv_table *fv_table_at(int n);
 
-extern const struct fv_table fv_table_weier2016, fv_table_kim2021, fv_table_polychronakis2023;
+extern const struct fv_table fv_table_weier2016, fv_table_kim2021, fv_table_peres2023, fv_table_polychronakis2023;
 
 /* A row's name there, until the next call. */
 const char *fv_row_polychronakis2023(const char *scene, const char *kind, int ssaa, double fovea_deg, int refresh);

@@ -116,6 +116,39 @@ static void uniform_parameters(const struct fv_config *config, int level, struct
     for (int r = 0; r < FV_REGIONS; r++) out->extra[r] = 4;
 }
 
+/* From twice the settings' samples to the least of all: the outer layer gives way first, then the middle one and the radii, the
+ * fovea's samples at last. */
+static const struct {
+    float radius, left_out; /* radius: of what the settings say; left_out: at least */
+    float spp[3];           /* factors; at least 1 stays */
+} denoise_levels[] = {
+    {1.5f, 0, {2, 2, 2}},         {1, 0, {1, 1, 1}},              {1, 0, {1, 0.67f, 0.5f}},        {1, 0.5f, {1, 0.67f, 0.5f}},
+    {0.7f, 0.5f, {1, 0.67f, 0.5f}}, {0.6f, 0.75f, {1, 0.67f, 0.5f}}, {0.4f, 0.75f, {0.5f, 0.34f, 0.5f}}, {0.26f, 0.9f, {0.25f, 0.34f, 0.5f}},
+};
+enum { DENOISE_LEVELS = 1 + sizeof denoise_levels / sizeof denoise_levels[0] };
+
+static void denoise_parameters(const struct fv_config *config, int level, struct fv_parameters *out)
+{
+    *out = (struct fv_parameters){
+        .foveal = {(float)config->fovea_inner_deg, (float)config->fovea_outer_deg, 1},
+        .spp = 1,
+        .spacing = (int)config->method_support,
+        .left_out = (float)config->denoise_p,
+        .radius_px = {(float)config->denoise_inner_px, (float)config->denoise_outer_px},
+    };
+    for (int n = 0; n < 3; n++) {
+        out->layer_spp[n] = (int)config->denoise_spp.value[n];
+        out->iterations[n] = (int)config->denoise_iterations.value[n];
+    }
+    if (level > 0) {
+        scale_radii(&out->foveal, denoise_levels[level - 1].radius, denoise_levels[level - 1].radius);
+        for (int i = 0; i < 2; i++) out->radius_px[i] *= denoise_levels[level - 1].radius;
+        out->left_out = fmaxf(out->left_out, denoise_levels[level - 1].left_out);
+        for (int n = 0; n < 3; n++) out->layer_spp[n] = (int)fmaxf(1, roundf((float)out->layer_spp[n] * denoise_levels[level - 1].spp[n]));
+    }
+    out->foveal.p_min = 1 - out->left_out;
+}
+
 #define SELECTIVE_PASSES                                                                                \
     .pass = {&fv_pass_select, &fv_pass_support, &fv_pass_reproject, &fv_pass_sample, &fv_pass_reuse, &fv_pass_refine, \
              &fv_pass_smooth},                                                                         \
@@ -131,6 +164,11 @@ static const struct fv_method table[] = {
      .levels = SELECTIVE_LEVELS, .measured = SELECTIVE_LEVELS, .parameters = selective_parameters},
     {"selective-uniform", "extra samples where pixels differ, wherever the eye looks (Jin et al. 2009)", SELECTIVE_PASSES,
      .levels = 1, .measured = 1, .parameters = uniform_parameters},
+    {"denoise", "path tracing, sampled and filtered by layers around the gaze (Peres et al. 2023)",
+     .pass = {&fv_pass_distribute, &fv_pass_paths, &fv_pass_fill, &fv_pass_settle, &fv_pass_across_16, &fv_pass_down_16,
+              &fv_pass_across_8, &fv_pass_down_8, &fv_pass_across_4, &fv_pass_down_4, &fv_pass_across_2, &fv_pass_down_2,
+              &fv_pass_across_1, &fv_pass_down_1, &fv_pass_light_up},
+     .levels = DENOISE_LEVELS, .measured = DENOISE_LEVELS, .parameters = denoise_parameters},
     {"pyramid", "sphere tracing of fields by an inverted pyramid of resolutions (Polychronakis et al. 2023)",
      .pass = {&fv_pass_march, &fv_pass_mask, &fv_pass_trace, &fv_pass_compose, &fv_pass_sharpen}, .levels = PYRAMID_LEVELS,
      .measured = PYRAMID_LEVELS, .parameters = pyramid_parameters},

@@ -6,7 +6,7 @@
 #include "config/config.h"
 #include "rt/pass/pass.h"
 
-enum { FV_METHOD_PASSES_MAX = 8 };
+enum { FV_METHOD_PASSES_MAX = 16 };
 
 struct fv_method {
     const char *name, *what;

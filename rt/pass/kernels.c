@@ -12,6 +12,8 @@
     TRACE(fv_trace_all, isa)                                                                                     \
     TRACE(fv_trace_moving, isa)                                                                                  \
     TRACE(fv_trace_fields, isa)                                                                                  \
+    TRACE(fv_trace_paths, isa)                                                                                   \
+    TRACE(fv_trace_paths_textured, isa)                                                                          \
     void fv_field_starts_##isa(const struct fv_tracer *, const struct fv_view *, struct fv_samples *, float,     \
                                int64_t *);                                                                       \
     TRACE(fv_trace_samples, isa)                                                                                 \
@@ -26,6 +28,11 @@
     void fv_resolve_##isa(const struct fv_resolve *);                                                            \
     void fv_smooth_##isa(const struct fv_smooth *);                                                              \
     void fv_reuse_##isa(struct fv_reuse *);                                                                      \
+    void fv_atrous_##isa(const struct fv_atrous *);                                                              \
+    void fv_pack_light_##isa(const float *, const float *, const float *, float, uint32_t *, int);               \
+    void fv_unpack_light_##isa(const uint32_t *, float *, float *, float *, int);                                \
+    void fv_light_up_##isa(const uint32_t *, const uint32_t *, const float *, const float *, const float *,      \
+                           uint32_t *, int);                                                                     \
     void fv_pixel_decode_##isa(const uint32_t *, float *, float *, float *, int);                                \
     void fv_pyramid_contrast_##isa(struct fv_contrast *);                                                        \
     void fv_pyramid_repaint_##isa(const struct fv_repaint *);                                                    \
@@ -36,10 +43,10 @@
     void fv_double_row_##isa(const uint32_t *, const uint32_t *, uint32_t *, int);                              \
     void fv_pixel_present_##isa(const uint32_t *, uint8_t *, int);
 /* Rows of the coarsest tiles are 8 pixels: `narrow` are kernels that take no more at a time. */
-#define ROW(trace_, isa, narrow)                                                                                 \
+#define ROW(trace_, paths_, isa, narrow)                                                                         \
     {                                                                                                            \
-        .trace = trace_##_##isa, .starts = fv_field_starts_##isa, .map_row = fv_map_row_##isa,                   \
-        .encode = fv_pixel_encode_##isa,                                                                         \
+        .trace = trace_##_##isa, .paths = paths_##_##isa, .starts = fv_field_starts_##isa,                                       \
+        .map_row = fv_map_row_##isa, .encode = fv_pixel_encode_##isa,                                                                         \
         .encode_light = fv_pixel_encode_light_##isa,                                                             \
         .encode_albedo = fv_pixel_encode_albedo_##isa, .compose = fv_pixel_compose_##isa,                        \
         .reproject = {fv_reproject_##isa, fv_reproject_##isa, fv_reproject_##narrow}, .merge = fv_merge_##isa,   \
@@ -48,17 +55,19 @@
         .carry = {fv_pyramid_carry_##isa, fv_pyramid_carry_##isa, fv_pyramid_carry_##narrow},                    \
         .contrast = fv_pyramid_contrast_##isa, .repaint = fv_pyramid_repaint_##isa,                              \
         .smooth = fv_smooth_##isa, .reuse = fv_reuse_##isa,                                                      \
+        .atrous = fv_atrous_##isa, .pack_light = fv_pack_light_##isa, .unpack_light = fv_unpack_light_##isa,     \
+        .light_up = fv_light_up_##isa,                                                                           \
         .halve = fv_halve_##isa, .double_row = fv_double_row_##isa, .present = fv_pixel_present_##isa            \
     }
 #define ROWS(isa, narrow)                                                                                        \
     {                                                                                                            \
-        [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, isa, narrow),                                                   \
-        [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, isa, narrow),                                             \
-        [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, isa, narrow),                                             \
-        [FV_VARIANT_ALL] = ROW(fv_trace_all, isa, narrow),                                                       \
-        [FV_VARIANT_MOVING] = ROW(fv_trace_moving, isa, narrow),                                                 \
-        [FV_VARIANT_FIELDS] = ROW(fv_trace_fields, isa, narrow),                                                 \
-        [FV_VARIANT_EVERYTHING] = ROW(fv_trace_samples, isa, narrow),                                            \
+        [FV_VARIANT_PLAIN] = ROW(fv_trace_plain, fv_trace_paths_textured, isa, narrow),                          \
+        [FV_VARIANT_TEXTURED] = ROW(fv_trace_textured, fv_trace_paths_textured, isa, narrow),                    \
+        [FV_VARIANT_MIRRORED] = ROW(fv_trace_mirrored, fv_trace_paths, isa, narrow),                             \
+        [FV_VARIANT_ALL] = ROW(fv_trace_all, fv_trace_paths, isa, narrow),                                       \
+        [FV_VARIANT_MOVING] = ROW(fv_trace_moving, fv_trace_paths, isa, narrow),                                 \
+        [FV_VARIANT_FIELDS] = ROW(fv_trace_fields, fv_trace_paths, isa, narrow),                                 \
+        [FV_VARIANT_EVERYTHING] = ROW(fv_trace_samples, fv_trace_paths, isa, narrow),                            \
     }
 
 DECLARE(base)

@@ -19,11 +19,16 @@ struct fv_contrast;       /* rt/pass/pyramid.h */
 struct fv_repaint;        /* rt/pass/pyramid.h */
 struct fv_smooth;         /* rt/pass/smooth.h */
 struct fv_reuse;          /* rt/pass/reuse.h */
+struct fv_atrous;         /* rt/pass/atrous.h */
 
 struct fv_kernels {
     /* Traces and shades samples [0, count); seed: changes the random numbers of sampled light.
      * Adds to rays[FV_RAY_*]. */
     void (*trace)(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
+                  uint32_t seed, int64_t *rays);
+
+    /* The same, but what primary rays hit is lit by paths: see trace/path.h and `paths` of struct fv_samples. */
+    void (*paths)(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
                   uint32_t seed, int64_t *rays);
 
     /* Cones through the scene's fields: afterwards samples->start holds, for each sample, a ray parameter before
@@ -64,6 +69,16 @@ struct fv_kernels {
 
     /* A row of pixels of the central region; see reuse.h. */
     void (*reuse)(struct fv_reuse *row);
+
+    /* Light filtered over its neighbours: a rectangle of a picture, one iteration; and n linear colours times `scale` to
+     * light in 32 bits, and back; n and the arrays padded to the width. See atrous.h. */
+    void (*atrous)(const struct fv_atrous *rectangle);
+    void (*pack_light)(const float *red, const float *green, const float *blue, float scale, uint32_t *light, int n);
+    void (*unpack_light)(const uint32_t *light, float *red, float *green, float *blue, int n);
+
+    /* Pixels of base + albedo * light; `pixel` may be one of the others; n and the arrays padded to the width. */
+    void (*light_up)(const uint32_t *base, const uint32_t *albedo, const float *red, const float *green, const float *blue,
+                     uint32_t *pixel, int n);
 
     /* n pixels to the linear colours, times the exposure, that they stand for; n and the arrays padded to the width. */
     void (*decode)(const uint32_t *pixel, float *red, float *green, float *blue, int n);

@@ -68,6 +68,12 @@ enum fv_buffer {
     FV_EARLIER_CACHE,
     FV_SMOOTHED,       /* FV_COLOUR smoothed over frames: shown of tiles that say so (struct fv_tile_state) */
     FV_HISTORY_STARTS, /* the frame before's: swapped with it, where levels are carried over */
+    FV_LAYER,          /* of each pixel, its layer (pass/denoise.h), a byte each */
+    FV_TILE_LAYERS,    /* of each tile of all eyes, which layers it has, a byte each */
+    FV_ALBEDO,         /* of what pixels show, as trace/pixel.h has it; and its inverse depth, float */
+    FV_DEPTH,
+    FV_LIGHT,          /* that falls on it (pass/atrous.h); and that again, half way through an iteration of the filter */
+    FV_FILTERED,
     FV_PICTURE,        /* 8-bit picture for the display */
     FV_BUFFERS
 };
@@ -120,6 +126,23 @@ struct fv_selective {
     double alpha[FV_REGIONS + 1];
 };
 
+/* Settings of the method denoise (pass/denoise.h). */
+struct fv_denoise {
+    int bounces;
+    bool despeckle;                                  /* lone bright pixels are taken down before the filter */
+    float sigma_light, sigma_normal, sigma_position; /* pass/atrous.h */
+};
+
+/* An eye's layers: what they were made for; whether that has changed since; and by pixels, squared radii about a centre. */
+enum { FV_LAYERS = 3 };
+struct fv_layers {
+    struct fv_layers_of {
+        float gaze_px[2], gaze[3], corner[3], radius_deg[2], radius_px[2], left_out;
+    } of;
+    bool made, fresh;
+    double centre[2], square[2];
+};
+
 /* A frame before this one, as far as it is kept: [0] is the last one, whose images are FV_HISTORY_COLOUR and
  * FV_HISTORY_CACHE. They change places with this frame's, so that nothing is copied. */
 enum { FV_PAST_MAX = 4 };
@@ -144,6 +167,10 @@ struct fv_parameters {
     bool even;
     int extra[FV_REGIONS]; /* samples of a quarter of a pixel that fails, by region; FV_REGION_FAR as before it */
     float near_deg;     /* radius of the central region */
+    /* Of the method denoise (pass/denoise.h): */
+    int layer_spp[3], iterations[3]; /* of each layer, from the inner one on */
+    float left_out;     /* share of the outer layer's pixels that are not sampled */
+    float radius_px[2]; /* radii of the inner and the middle one; the latter 0: those of `foveal`, in degrees */
 };
 
 struct fv_worker_scratch {
@@ -226,6 +253,8 @@ struct fv_frame {
     struct fv_map object_map[2][FV_MOVING_MAX + 1]; /* of what is fixed to each object; [0]: as map */
     struct fv_pyramid pyramid;
     struct fv_selective selective;
+    struct fv_denoise denoise;
+    struct fv_layers layers[2];
     int pasts_kept, pasts;       /* frames before this one: that are kept, at most FV_PAST_MAX; of these there already */
     struct fv_past past[FV_PAST_MAX];
     const struct fv_tracer *tracer;
@@ -290,7 +319,9 @@ struct fv_pass {
 
 extern const struct fv_pass fv_pass_sample_all, fv_pass_support, fv_pass_select, fv_pass_reproject,
     fv_pass_sample, fv_pass_march, fv_pass_mask, fv_pass_trace, fv_pass_compose, fv_pass_sharpen, fv_pass_gather,
-    fv_pass_reuse, fv_pass_refine, fv_pass_smooth, fv_pass_present;
+    fv_pass_reuse, fv_pass_refine, fv_pass_smooth, fv_pass_distribute, fv_pass_paths, fv_pass_fill, fv_pass_settle,
+    fv_pass_across_16, fv_pass_down_16, fv_pass_across_8, fv_pass_down_8, fv_pass_across_4, fv_pass_down_4,
+    fv_pass_across_2, fv_pass_down_2, fv_pass_across_1, fv_pass_down_1, fv_pass_light_up, fv_pass_present;
 
 /* Blocks along so many pixels, the last one perhaps beyond them. */
 static inline int fv_blocks_along(int pixels)

@@ -76,8 +76,8 @@ int fv_build_finish(struct fv_build *build, struct fv_scene *scene, struct fv_er
 /* The readers. `scale` turns the file's units into metres. */
 int fv_gltf_read(struct fv_build *build, const char *path, double scale, struct fv_error *error);
 int fv_obj_read(struct fv_build *build, const char *path, double scale, struct fv_error *error);
-/* name: "atrium", "cornell" or "pipes"; -1 where it is another. detail: more than 0; factor on the number of
- * pipes, which the other scenes have none of. */
+/* name: "atrium", "cornell", "forest" or "pipes"; -1 where it is another. detail: more than 0; factor on the number of
+ * pipes, of the forest's twigs and ferns; the other scenes have none. */
 int fv_builtin_read(struct fv_build *build, const char *name, double detail, struct fv_error *error);
 
 /* image.c: decodes PNG or JPEG bytes to 8-bit pixels (malloc'ed, the caller frees). `where` names

@@ -1,6 +1,7 @@
 /* builtin: scenes that need no file, by name. A new one is a function and a row here. */
 #include "rt/scene/builtin_atrium.h"
 #include "rt/scene/builtin_cornell.h"
+#include "rt/scene/builtin_forest.h"
 #include "rt/scene/builtin_pipes.h"
 
 #include <string.h>
@@ -24,6 +25,7 @@ static const struct {
 } scenes[] = {
     {"atrium", read_atrium},
     {"cornell", read_cornell},
+    {"forest", fv_forest_read},
     {"pipes", fv_pipes_read},
 };
 
@@ -32,5 +34,5 @@ int fv_builtin_read(struct fv_build *build, const char *name, double detail, str
     for (unsigned i = 0; i < sizeof scenes / sizeof scenes[0]; i++)
         if (strcmp(name, scenes[i].name) == 0) return scenes[i].read(build, detail, error);
     return fv_error_set(
-        error, "builtin:%.100s: there is no such scene; there are builtin:atrium, builtin:cornell and builtin:pipes", name);
+        error, "builtin:%.100s: there is no such scene; there are builtin:atrium, builtin:cornell, builtin:forest and builtin:pipes", name);
 }

@@ -27,6 +27,10 @@ struct shading {
     bool known;                      /* primary rays' surfaces are lit by the lights `lit` (struct fv_samples) */
     vi lit;
     const struct fv_light_map *maps; /* of the lights, NULL: shadow rays to all */
+    /* Of kernels that follow paths (path.h): the list, the packet's first sample and the frame's seed. */
+    const struct fv_samples *samples;
+    int at;
+    uint32_t seed;
 };
 
 /* The normalised Phong lobe towards the viewer for light from unit direction l, times the cosine.

@@ -9,17 +9,22 @@
 
 #include "rt/trace/lit.h"
 
-/* Point i of n in the unit square, which is cut into n cells of equal area in about sqrt(n) rows. Cells of a
+/* Point i of n in the unit square, from two numbers in [0, 1) a lane, which is cut into n cells of equal area in about sqrt(n) rows. Cells of a
  * row are shifted against those of the others, and rows against columns, so that the points' projections
  * on the axes are spread evenly too (after Kensler 2013, "Correlated multi-jittered sampling"). */
-static inline void place_sample(const struct shading *shading, int i, int n, vf *a, vf *b)
+static inline void place_in(vf random1, vf random2, int i, int n, vf *a, vf *b)
 {
     int rows = (int)(__builtin_sqrtf((float)n) + 0.5f), row = i * rows / n;
     int first = (row * n + rows - 1) / rows, cells = ((row + 1) * n + rows - 1) / rows - first;
     float column = (float)(i - first), across = (float)cells;
-    vf u = shading->random1 + column / across, v = shading->random2 + (float)row / (float)rows;
+    vf u = random1 + column / across, v = random2 + (float)row / (float)rows;
     *a = ((u - vf_floor(u)) * across + (float)first) / (float)n;
     *b = (v - vf_floor(v) + column) / across;
+}
+
+static inline void place_sample(const struct shading *shading, int i, int n, vf *a, vf *b)
+{
+    place_in(shading->random1, shading->random2, i, n, a, b);
 }
 
 /* How many rays are traced where the settings say n. */

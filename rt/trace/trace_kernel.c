@@ -14,6 +14,11 @@
 #endif
 #define trace_samples FV_ISA_NAME(FV_TRACE_SAMPLES)
 
+/* What primary rays hit is lit by paths (path.h). */
+#ifndef FV_PATHS
+#define FV_PATHS 0
+#endif
+
 void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
                    uint32_t seed, int64_t *rays);
 
@@ -130,6 +135,19 @@ static inline struct packet_hit meet(const struct shading *shading, const struct
     return packet_intersect(shading->tracer, &context, r->origin, r->direction, r->mask);
 }
 
+#if FV_PATHS
+#include "rt/trace/path.h"
+#endif
+
+/* Light on what is seen, as struct parted says where that is asked for. */
+static inline vf3 light_seen(const struct shading *shading, struct surface *s, const struct rays *r, struct parted *parted)
+{
+#if FV_PATHS
+    if (r->primary) return path_surface(shading, s, r->direction, parted);
+#endif
+    return light_surface(shading, s, r->direction, r->primary, parted);
+}
+
 static inline vi facing_of(vf3 n)
 {
     vi x = vi_from((n.x + 1.0f) * 511.0f + 0.5f), y = vi_from((n.y + 1.0f) * 511.0f + 0.5f);
@@ -167,7 +185,8 @@ static inline void look_at(const struct shading *shading, const struct rays *r, 
     surface_set(&s, tracer, hit, r->origin, r->direction, r->base, r->growth);
     seen->geometric = s.geometric;
     vi facing = shading->identified ? facing_of(s.normal) : vi_of(0);
-    seen->radiance = light_surface(shading, &s, r->direction, r->primary, parted);
+    seen->radiance = light_seen(shading, &s, r, parted);
+    if (FV_PATHS && shading->identified) facing = facing_of(s.normal);
     if (shading->identified && (r->primary || depth == shading->tracer->depth - 1))
         identify(shading->identified, &s, object, facing, r->primary);
     if (s.any & FV_FEATURES & (FV_MATERIAL_MIRROR | FV_MATERIAL_GLASS))
@@ -328,6 +347,7 @@ static inline void trace_packet(struct shading *shading, const struct list *list
     struct identified identified = {.identity = vi_of(0)};
     struct seen seen;
     shading->identified = samples->identified ? &identified : NULL;
+    shading->at = i;
     if (samples->identified) identified.triangle = opaque_triangles(tracer, met);
     if (samples->known) shading->lit = vi_load(samples->lit + i);
     if (list->sampled) randomise(shading, vf_load(samples->x + i), vf_load(samples->y + i), list->seed);
@@ -406,11 +426,12 @@ static void trace_started(const struct shading *shading, const struct fv_view *v
 void trace_samples(const struct fv_tracer *tracer, const struct fv_view *view, struct fv_samples *samples,
                    uint32_t seed, int64_t *rays)
 {
-    struct shading shading = {.tracer = tracer, .rays = rays, .fewer = samples->fewer, .known = samples->known};
+    struct shading shading = {.tracer = tracer, .rays = rays, .fewer = samples->fewer, .known = samples->known,
+                              .samples = samples, .seed = seed};
     if (samples->mapped && tracer->visibility) shading.maps = tracer->visibility->map;
     int64_t counted = rays[FV_RAY_PRIMARY] + (samples->known ? 0 : samples->count);
     bool sampled = (tracer->data->features & FV_FEATURES & FV_SCENE_STOCHASTIC) != 0;
-    struct list list = {samples, seed, sampled, sampled && samples->split, axis_of(view)};
+    struct list list = {samples, seed, sampled, FV_PATHS || (sampled && samples->split), axis_of(view)};
     if (FV_FIELDS && samples->started && tracer->data->fields.parts > 0) {
         trace_started(&shading, view, &list);
     } else {

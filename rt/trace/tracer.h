@@ -70,6 +70,12 @@ struct fv_samples {
     /* In: `number` is which of its pixel's samples this one is: light is sampled otherwise than for the others. */
     bool numbered;
     _Alignas(64) int32_t number[FV_SAMPLES_MAX];
+    /* In, of kernels that follow paths (path.h): how many from what each sample hits, of so many bounces, by this mask
+     * (fv_noise). Base, albedo and light are then always kept apart: light is the mean of the paths, 0 where there are none.
+     * Where `identified`, `facing` is the normal as a map bends it. */
+    _Alignas(64) int32_t paths[FV_SAMPLES_MAX];
+    int bounces;
+    const float *noise;
     int fewer; /* in: sampled light takes this part of the settings' rays, 4 at least; 0 is 1: all */
     _Alignas(64) float albedo_red[FV_SAMPLES_MAX], albedo_green[FV_SAMPLES_MAX], albedo_blue[FV_SAMPLES_MAX];
     _Alignas(64) float light_red[FV_SAMPLES_MAX], light_green[FV_SAMPLES_MAX], light_blue[FV_SAMPLES_MAX];

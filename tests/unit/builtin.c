@@ -12,7 +12,7 @@
 #include <cmocka.h>
 
 /* Loaded once for all tests: the arena gives nothing back. */
-static struct fv_scene atrium, again, cornell, pipes, pipes_again, more_pipes;
+static struct fv_scene atrium, again, cornell, pipes, pipes_again, more_pipes, forest, forest_again;
 
 static void load(struct fv_scene *scene, const char *name, double detail)
 {
@@ -32,6 +32,8 @@ static int load_all(void **state)
     load(&pipes, "pipes", 0.02);
     load(&pipes_again, "pipes", 0.02);
     load(&more_pipes, "pipes", 0.1);
+    load(&forest, "forest", 0.1);
+    load(&forest_again, "forest", 0.1);
     return 0;
 }
 
@@ -146,6 +148,7 @@ static void test_records(void **state)
     check_records(&atrium);
     check_records(&cornell);
     check_records(&pipes);
+    check_records(&forest);
 }
 
 static void corners(const struct fv_scene *s, int64_t triangle, double p[3][3])
@@ -185,6 +188,7 @@ static void test_facing(void **state)
     check_facing(&atrium);
     check_facing(&cornell);
     check_facing(&pipes);
+    check_facing(&forest);
 }
 
 /* Of the plant: curved surfaces are smooth, so that at every corner the normal, of unit length, lies near the
@@ -312,6 +316,7 @@ static void test_repeatable(void **state)
     (void)state;
     assert_true(hash_scene(&atrium) == hash_scene(&again));
     assert_true(hash_scene(&pipes) == hash_scene(&pipes_again));
+    assert_true(hash_scene(&forest) == hash_scene(&forest_again));
     assert_false(hash_scene(&atrium) == hash_scene(&cornell));
 }
 

@@ -241,6 +241,29 @@ static void selective_has_its_table(void **state)
     assert_non_null(strstr(page, "data:image/png;base64,"));
 }
 
+/* Tiny pictures: rows and quantities, the paper's numbers, and that fewer paths are fewer rays. */
+static void denoise_has_its_table(void **state)
+{
+    static const char *const ways[] = {"base", "nh2ld", "nh3ld", "nh3ld-p0.5"};
+    char cell[96];
+    (void)state;
+    struct program_result r = program("measure --table peres2023 --part fhd-atrium --frames 1 --set display.width=64 --set display.height=48 "
+                                      "--set denoise.inner_px=8 --set denoise.outer_px=16 --set method.spp=8 --set scene.library= --out denoise");
+    if (r.code != 0) fail_msg("%s", r.errors);
+    assert_non_null(strstr(r.errors, "1 of 6 parts"));
+    const char *csv = text_of("denoise/table-peres2023.csv");
+    for (int w = 0; w < 4; w++) {
+        snprintf(cell, sizeof cell, "\nfhd/atrium/%s,frame_ms,ms,", ways[w]);
+        assert_true(ours(csv, cell) > 0);
+        snprintf(cell, sizeof cell, "\nfhd/atrium/%s,rmse_percent,%%,", ways[w]);
+        assert_true(ours(csv, cell) > 0 && ours(csv, cell) < 50);
+        snprintf(cell, sizeof cell, "\nfhd/atrium/%s,psnr,dB,", ways[w]);
+        assert_true(ours(csv, cell) > 5 && ours(csv, cell) < 99);
+    }
+    assert_true(ours(csv, "\nfhd/atrium/base,speedup,,") == 1);
+    assert_non_null(strstr(text_of("denoise/report.html"), "Tables 3 and 4"));
+}
+
 static void what_is_there_is_not_measured_again(void **state)
 {
     static char before[65536];
@@ -314,7 +337,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cells_come_back),       cmocka_unit_test(damaged_parts_are_refused),
         cmocka_unit_test(flights_cover_the_way), cmocka_unit_test(a_table_has_every_row),
-        cmocka_unit_test(fields_have_their_table), cmocka_unit_test(selective_has_its_table),
+        cmocka_unit_test(fields_have_their_table), cmocka_unit_test(selective_has_its_table), cmocka_unit_test(denoise_has_its_table),
         cmocka_unit_test(what_is_there_is_not_measured_again), cmocka_unit_test(bad_requests_are_refused),
         cmocka_unit_test(stops_when_told)};
     return cmocka_run_group_tests(tests, NULL, program_clean);

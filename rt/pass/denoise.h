@@ -1,0 +1,36 @@
+/* denoise: path tracing whose samples and filter follow where the eye looks, after Peres et al. 2023, "Non-homogeneous denoising
+ * for virtual reality in real-time path tracing rendering". What its passes share:
+ *
+ *   distribute  three layers around the gaze, of each pixel its number and whether it is sampled: kept until the gaze or the
+ *               radii change (section 3.2)
+ *   paths       of every pixel what its ray meets (depth, normal, albedo, emission), of sampled ones light by paths, so many as
+ *               the layer takes (sections 3.1 and 3.3): one packet does both, so that surfaces are looked up once
+ *   fill, settle  where pixels are left out, their light from those around, before the filter
+ *   across, down  one iteration of the filter (atrous.h), steps 16, 8, 4, 2, 1; a layer takes the last so many of them, and
+ *               tiles that have no pixel of such a layer cost nothing (section 3.4)
+ *   compose     emission + albedo x light */
+#ifndef FV_PASS_DENOISE_H
+#define FV_PASS_DENOISE_H
+
+#include "rt/pass/atrous.h"
+#include "rt/pass/pass.h"
+
+/* Of a pixel (FV_LAYER, a byte each): its layer, and whether it is sampled. Of a tile (FV_TILE_LAYERS, a byte each, of all eyes):
+ * which layers it has, a bit each, and FV_LAYER_HOLES where some pixel is not sampled. Pixels beyond the picture are none. */
+enum { FV_LAYER_NUMBER = 3, FV_LAYER_SAMPLED = 4, FV_LAYER_HOLES = 8 };
+
+/* Once a frame, its views and parameters being set: what layers are to be, and whether those that stand are. */
+void fv_layers_begin(struct fv_frame *frame);
+
+/* Squared distance from `centre` within which lie as many pixel centres as pi r^2 says, rounded, where the whole circle lies in
+ * the picture, else r^2. The centre must be such that no two pixels are equally far off. So areas are those of Peres et al.'s
+ * Table 1. */
+double fv_layer_square(const double centre[2], double radius_px, int width, int height);
+
+/* Whether pixels of this layer take the iteration of step 1 << k. */
+static inline bool fv_layer_takes(const struct fv_parameters *p, int layer, int k)
+{
+    return k < p->iterations[layer];
+}
+
+#endif

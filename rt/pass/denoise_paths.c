@@ -1,0 +1,158 @@
+/* denoise_paths: the passes paths and compose: light by paths and what it falls on, and both together; see denoise.h. */
+#include "rt/pass/denoise.h"
+
+#include <string.h>
+
+/* Words of the samples into the blocks that they are of. */
+static void keep(const struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks, enum fv_buffer buffer, const void *of)
+{
+    uint32_t *to = f->buffer[buffer][tile->eye];
+    const uint32_t *from = of;
+    for (; blocks; blocks &= blocks - 1)
+        for (int y = 0; y < FV_BLOCK; y++, from += FV_BLOCK)
+            memcpy(to + fv_block_row(f, tile, __builtin_ctzll(blocks), y), from, FV_BLOCK * sizeof *from);
+}
+
+/* How many paths each sample takes: none where it lies beyond the picture. */
+static int ask(const struct fv_frame *f, const struct fv_tile *tile, struct fv_samples *s)
+{
+    const uint8_t *layer = f->buffer[FV_LAYER][tile->eye];
+    int paths = 0;
+    for (int i = 0; i < s->count; i++) {
+        int x = (int)s->x[i], y = (int)s->y[i];
+        int of = x < f->width && y < f->height ? layer[y * f->stride + x] : 0;
+        s->paths[i] = of & FV_LAYER_SAMPLED ? f->parameters.layer_spp[of & FV_LAYER_NUMBER] : 0;
+        paths += s->paths[i];
+    }
+    return paths;
+}
+
+/* Light of a tile's samples, by rows, none around it and where there is none: -1. */
+struct tile_light {
+    float luma[FV_TILE + 2][FV_TILE + 2];
+};
+
+/* The brightest neighbour's, -1: there is none. */
+static float brightest_around(const struct tile_light *t, int x, int y)
+{
+    float most = -1;
+    for (int k = 0; k < 9; k++)
+        if (k != 4 && t->luma[y + k / 3][x + k % 3] > most) most = t->luma[y + k / 3][x + k % 3];
+    return most;
+}
+
+/* Rare paths that happen upon a bright place stand out from all around them, and the filter would leave them: to no more than
+ * twice the brightest neighbour in the tile. Nothing gets brighter. */
+static void despeckle(const struct fv_tile *tile, struct fv_samples *s)
+{
+    struct tile_light t;
+    for (int y = 0; y < FV_TILE + 2; y++)
+        for (int x = 0; x < FV_TILE + 2; x++) t.luma[y][x] = -1;
+    for (int i = 0; i < s->count; i++)
+        if (s->paths[i] > 0 && s->inverse_depth[i] > 0)
+            t.luma[(int)s->y[i] - tile->y0 + 1][(int)s->x[i] - tile->x0 + 1] = 0.25f * (s->light_red[i] + s->light_blue[i]) + 0.5f * s->light_green[i];
+    for (int i = 0; i < s->count; i++) {
+        int x = (int)s->x[i] - tile->x0, y = (int)s->y[i] - tile->y0;
+        float most = brightest_around(&t, x, y), own = t.luma[y + 1][x + 1];
+        if (most < 0 || !(own > 2 * most)) continue;
+        float times = 2 * most / own;
+        s->light_red[i] *= times;
+        s->light_green[i] *= times;
+        s->light_blue[i] *= times;
+    }
+}
+
+static void trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
+{
+    struct fv_worker_scratch *w = &f->scratch[tile->worker];
+    struct fv_samples *s = &w->samples;
+    const struct fv_kernels *k = f->kernels;
+    float exposure = f->tracer->data->exposure;
+    s->identified = true;
+    s->bounces = f->denoise.bounces;
+    s->noise = f->noise;
+    k->paths(f->tracer, &f->view[tile->eye], s, 2 * (uint32_t)f->number + (uint32_t)tile->eye, w->rays);
+    s->identified = false;
+    if (f->denoise.despeckle) despeckle(tile, s);
+    uint32_t *light = w->pixel[FV_PLANE_LIGHT];
+    k->encode(s->red, s->green, s->blue, exposure, w->pixel[FV_PLANE_BASE], s->count);
+    k->encode_albedo(s->albedo_red, s->albedo_green, s->albedo_blue, w->pixel[FV_PLANE_ALBEDO], s->count);
+    k->pack_light(s->light_red, s->light_green, s->light_blue, exposure, light, s->count);
+    for (int i = 0; i < s->count; i++)
+        if (s->paths[i] == 0 || !(s->inverse_depth[i] > 0)) light[i] = FV_LIGHT_NONE;
+    keep(f, tile, blocks, FV_COLOUR, w->pixel[FV_PLANE_BASE]);
+    keep(f, tile, blocks, FV_ALBEDO, w->pixel[FV_PLANE_ALBEDO]);
+    keep(f, tile, blocks, FV_LIGHT, light);
+    keep(f, tile, blocks, FV_DEPTH, s->inverse_depth);
+    keep(f, tile, blocks, FV_FACING, s->facing);
+}
+
+static int run(struct fv_frame *f, const struct fv_tile *tile)
+{
+    struct fv_samples *s = &f->scratch[tile->worker].samples;
+    uint64_t blocks = fv_tile_inside(f, tile);
+    fv_tile_place(f, tile, blocks);
+    int paths = ask(f, tile, s);
+    trace(f, tile, blocks);
+    return paths;
+}
+
+/* What rays meet, and no light: that comes from the pixels around, where the filter finds some. */
+static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
+{
+    struct fv_samples *s = &f->scratch[tile->worker].samples;
+    uint64_t blocks = fv_tile_inside(f, tile);
+    fv_tile_place(f, tile, blocks);
+    memset(s->paths, 0, sizeof s->paths);
+    trace(f, tile, blocks);
+}
+
+static void expect(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings, double units[2])
+{
+    struct fv_foveal share = p->foveal;
+    (void)f;
+    for (int d = 0; d < FV_DEGREES; d++) {
+        float e = (float)d + 0.5f;
+        int layer = e <= share.r0_deg ? 0 : e <= share.r1_deg ? 1 : 2;
+        units[0] += (double)rings->pixels[d] * (double)fv_foveal_probability(&share, e) * p->layer_spp[layer];
+    }
+}
+
+const struct fv_pass fv_pass_paths = {
+    .name = "paths",
+    .reads = FV_BIT(FV_LAYER),
+    .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_ALBEDO) | FV_BIT(FV_LIGHT) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING),
+    .needs = FV_NEEDS_GAZE | FV_NEEDS_NOISE,
+    .order = FV_ORDER_NEED,
+    .run = run,
+    .stand_in = stand_in,
+    .expect = expect};
+
+static int compose(struct fv_frame *f, const struct fv_tile *tile)
+{
+    _Alignas(64) float light[3][FV_TILE];
+    for (int y = 0; y < FV_TILE; y++) {
+        int64_t row = fv_tile_row(f, tile, y);
+        uint32_t *colour = (uint32_t *)f->buffer[FV_COLOUR][tile->eye] + row;
+        const uint8_t *layer = (const uint8_t *)f->buffer[FV_LAYER][tile->eye] + row;
+        f->kernels->unpack_light((const uint32_t *)f->buffer[FV_LIGHT][tile->eye] + row, light[0], light[1], light[2], FV_TILE);
+        f->kernels->light_up(colour, (const uint32_t *)f->buffer[FV_ALBEDO][tile->eye] + row, light[0], light[1], light[2],
+                             colour, FV_TILE);
+        for (int x = 0; x < FV_TILE; x++) colour[x] |= layer[x] & FV_LAYER_SAMPLED ? FV_PIXEL_SAMPLED : 0;
+    }
+    return 1;
+}
+
+static void expect_tiles(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings, double units[2])
+{
+    (void)p;
+    (void)rings;
+    units[0] = (double)f->tiles;
+}
+
+/* Named apart from the pyramid's. */
+const struct fv_pass fv_pass_light_up = {.name = "light_up",
+                                         .reads = FV_BIT(FV_COLOUR) | FV_BIT(FV_ALBEDO) | FV_BIT(FV_LIGHT) | FV_BIT(FV_LAYER),
+                                         .writes = FV_BIT(FV_COLOUR),
+                                         .run = compose,
+                                         .expect = expect_tiles};

@@ -1,0 +1,468 @@
+/* path: what light reaches a packet's surfaces by paths of a few bounces, a Monte Carlo estimate (Kajiya 1986; next event
+ * estimation as in Peres et al. 2023, section 3.3). For kernels only; the samples' `paths` say how many paths each takes.
+ *
+ * At each surface of a path one light is drawn, by what it would send there if nothing were in the way, and one shadow ray goes
+ * to a place of it. At the first surface, where there are no more lights than the pixel has paths, these share them out instead:
+ * one ray goes to each point and sun, which tells all, and the others to area lights, so that choosing adds no noise. Then the path goes on in a direction drawn by the cosine. What is returned is irradiance / pi, without the
+ * first surface's albedo, so that light + albedo stay apart for the filter. Where the first surface has a Phong lobe, light is
+ * (diffuse E + specular S) / (diffuse + specular), E by the cosine and S by the lobe, and albedo diffuse + specular: their product
+ * is what leaves it. Later surfaces are matt, of all that they reflect, mirrors and glass among them; what the first one mirrors
+ * or lets through is Whitted's (trace_kernel.c).
+ *
+ * Where a path leaves the scene it takes the sky's radiance, where it meets what shines that one's, but not behind the front of
+ * an area light, nor of what shines nearer to one than a twentieth of its size: that stands for it, and is drawn. The last surface takes the scene's ambient light, which stands for all
+ * bounces that are not followed. From the second bounce on paths end by chance, less likely the brighter they are
+ * (roulette), the others counting for them.
+ *
+ * Random numbers: of the first surface blue noise over pixels, shifted by rank-1 sequences over frames (powers of 1 / g,
+ * g^6 = g + 1: Roberts 2018), in cells that a pixel's paths share out among them, the same for all lanes, which keeps packets
+ * together; of later ones Sobol's points with hashed Owen scrambling (Burley 2020), padded two by two. */
+#ifndef FV_TRACE_PATH_H
+#define FV_TRACE_PATH_H
+
+#include "rt/trace/light.h"
+
+enum { PATH_NUMBERS = 5, PATH_SHARED = 16 };
+enum path_number { PATH_ACROSS, PATH_ALONG, PATH_LIGHT, PATH_PLACE_U, PATH_PLACE_V };
+
+/* A packet's paths. */
+struct path {
+    const struct shading *shading;
+    vf number[PATH_NUMBERS]; /* of the first surface, this frame's, in [0, 1) */
+    vu pixel;                /* hashed */
+    uint32_t frame;
+    int bounces;
+    /* Lights of all, where they are no more than PATH_SHARED: points and suns, and behind them area lights. */
+    int lights, points, order[PATH_SHARED];
+};
+
+static inline vf fraction(vf a)
+{
+    return a - vf_floor(a);
+}
+
+/* ---- random numbers ---- */
+
+static inline vu hashed(vu x)
+{
+    x ^= x >> 16;
+    x *= 0x7feb352du;
+    x ^= x >> 15;
+    x *= 0x846ca68bu;
+    return x ^ x >> 16;
+}
+
+static inline vu turned(vu x)
+{
+    x = (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
+    x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
+    x = (x >> 4 & 0x0f0f0f0fu) | (x & 0x0f0f0f0fu) << 4;
+    x = (x >> 8 & 0x00ff00ffu) | (x & 0x00ff00ffu) << 8;
+    return x >> 16 | x << 16;
+}
+
+/* Owen's scrambling of turned bits (Laine and Karras 2011, as Burley 2020 has it: by Vegdahl's constants). */
+static inline vu scrambled(vu x, vu seed)
+{
+    x ^= x * 0x3d20adeau;
+    x += seed;
+    x *= (seed >> 16) | 1u;
+    x ^= x * 0x05526c56u;
+    return x ^ x * 0x53a22864u;
+}
+
+static inline vf unit_of(vu x)
+{
+    return vf_from((vi)(x >> 8)) * 0x1p-24f;
+}
+
+/* Two numbers of path `n` of a pixel, of those of this seed. */
+static inline void draw(vu seed, uint32_t n, vf *a, vf *b)
+{
+    vu index = turned(scrambled(turned(n - (vu){0}), seed)), second = index;
+    second ^= second >> 1 & 0x55555555u;
+    second ^= second >> 2 & 0x33333333u;
+    second ^= second >> 4 & 0x0f0f0f0fu;
+    second ^= second >> 8 & 0x00ff00ffu;
+    second ^= second >> 16;
+    *a = unit_of(turned(scrambled(index, hashed(seed + 1u))));
+    *b = unit_of(turned(scrambled(second, hashed(seed + 2u))));
+}
+
+/* Of the first surface: the mask at five places, and how far it is shifted in this frame. */
+static inline void path_begin(struct path *p, const float *noise, vf x, vf y, uint32_t frame)
+{
+    static const uint32_t step[PATH_NUMBERS] = {3785032107u, 3335640777u, 2939605023u, 2590590015u, 2283013049u};
+    static const int at[PATH_NUMBERS][2] = {{0, 0}, {41, 23}, {17, 53}, {29, 11}, {5, 37}};
+    vi column = vi_from(x), row = vi_from(y);
+    int mask = FV_NOISE_SIZE - 1;
+    for (int i = 0; i < PATH_NUMBERS; i++) {
+        float shift = (float)(frame * step[i] >> 8) * 0x1p-24f;
+        vi place = ((row + at[i][1]) & mask) * FV_NOISE_SIZE + ((column + at[i][0]) & mask);
+        p->number[i] = fraction(vf_gather(noise, place) + shift);
+    }
+    p->pixel = hashed((vu)column * 0x9e3779b1u + (vu)row * 0x85ebca77u + 1u);
+    p->frame = frame;
+}
+
+static inline void path_lights(struct path *p, const struct fv_tracer *tracer)
+{
+    p->lights = tracer->data->lights;
+    if (p->lights > PATH_SHARED) return;
+    int n = 0;
+    for (int area = 0; area < 2; area++) {
+        for (int i = 0; i < p->lights; i++)
+            if ((tracer->light[i].kind == FV_LIGHT_AREA) == area) p->order[n++] = i;
+        if (!area) p->points = n;
+    }
+}
+
+/* ---- one light of many ---- */
+
+static inline float brightness(const float colour[3])
+{
+    return 0.25f * (colour[0] + 2 * colour[1] + colour[2]);
+}
+
+/* About what a light sends to where it is not shadowed, 0 only where it can send nothing at all. */
+static inline vf worth(const struct lit *lit, const struct fv_light *light)
+{
+    const struct surface *s = lit->surface;
+    vf bright = vf_of(brightness(light->colour)), zero = vf_of(0);
+    vf3 way = vf3_of(light->position);
+    if (is(light, FV_LIGHT_SUN, FV_SCENE_SUN)) {
+        vf cosine = vf_select(vf_dot(s->geometric, way) > 0.0f, vf_max(vf_dot(s->normal, way), zero), zero);
+        return bright * cosine;
+    }
+    if (is(light, FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) {
+        vf3 u = vf3_of(light->u), v = vf3_of(light->v), face = vf3_cross(u, v);
+        way = vf3_sub(vf3_add(way, vf3_scale(vf3_add(u, v), vf_of(0.5f))), lit->start);
+        vf square = vf_max(vf_dot(way, way), vf_of(1e-12f)), inverse = vf_rsqrt(square);
+        vf area = vf_root(vf_dot(face, face)), slant = -vf_dot(face, way) * inverse;
+        vf cosine = vf_max(vf_dot(s->normal, way) * inverse, vf_of(0.1f));
+        vf power = bright * vf_max(slant, 0.1f * area) * cosine * vf_reciprocal(vf_clamp(square + 0.25f * area, 1e-12f, 1e30f));
+        return vf_select(slant > 0.0f, power, zero);
+    }
+    way = vf3_sub(way, lit->start);
+    vf square = vf_clamp(vf_dot(way, way), 1e-12f, 1e30f), inverse = vf_rsqrt(square);
+    vf cosine = vf_select(vf_dot(s->geometric, way) > 0.0f, vf_max(vf_dot(s->normal, way), zero), zero);
+    return bright * cosine * inverse * inverse * inverse;
+}
+
+/* Draws one by what they are worth: its number, and by how much it counts for all, 0 where none sends anything. The lights
+ * come by one after another, each taking the place of those before by its share; what of the number says so is given
+ * back whole. */
+static inline vi choose_light(const struct lit *lit, vf random, vf *times)
+{
+    const struct fv_tracer *tracer = lit->shading->tracer;
+    vf sum = vf_of(0), of_chosen = vf_of(0);
+    vi chosen = vi_of(0);
+    for (int i = 0; i < tracer->data->lights; i++) {
+        vf w = vf_clamp(worth(lit, &tracer->light[i]), 0, 1e30f);
+        sum += w;
+        vf share = w / vf_max(sum, vf_of(1e-37f));
+        vi taken = (random < share) & (w > 0.0f);
+        random = vf_select(taken, random, random - share) / vf_max(vf_select(taken, share, 1.0f - share), vf_of(1e-7f));
+        random = vf_clamp(random, 0, 0.9999999f);
+        chosen = vi_select(taken, vi_of(i), chosen);
+        of_chosen = vf_select(taken, w, of_chosen);
+    }
+    *times = vf_select(of_chosen > 0.0f, sum / vf_max(of_chosen, vf_of(1e-37f)), vf_of(0));
+    return chosen;
+}
+
+static inline vf3 gather3(const float *base, vi index)
+{
+    return (vf3){vf_gather(base, index), vf_gather(base, index + 1), vf_gather(base, index + 2)};
+}
+
+/* Irradiance / pi from one light, counted so many times, at the place (a, b) of it, in the lanes of mask; and, where asked for,
+ * what reaches the viewer through a Phong lobe of reflectance 1. */
+static __attribute__((noinline)) vf3 light_of_one(const struct lit *lit, vi chosen, vf times, vf a, vf b, vi mask, bool coherent,
+                                                  vf3 *gloss)
+{
+    const struct surface *s = lit->surface;
+    const struct fv_light *first = lit->shading->tracer->light;
+    vf zero = vf_of(0);
+    vi at = chosen * (int)(sizeof *first / sizeof(float));
+    vi kind = vi_gather(&first->kind, at);
+    vi sun = kind == FV_LIGHT_SUN, area = kind == FV_LIGHT_AREA;
+    vf3 way = gather3(first->position, at), colour = gather3(first->colour, at), face = {zero, zero, zero};
+    if ((FV_FEATURES & FV_SCENE_AREA_LIGHTS) && vi_any(area)) {
+        vf3 u = gather3(first->u, at), v = gather3(first->v, at);
+        face = vf3_cross(u, v);
+        way = vf3_select(area, vf3_add(way, vf3_add(vf3_scale(u, a), vf3_scale(v, b))), way);
+    }
+    way = vf3_select(sun, way, vf3_sub(way, lit->start));
+    vf square = vf_clamp(vf_dot(way, way), 1e-12f, 1e36f), inverse = vf_rsqrt(square);
+    vf3 l = vf3_select(sun, way, vf3_scale(way, inverse));
+    vf fall = vf_select(sun, vf_of(1), inverse * inverse);
+    fall = vf_select(area, fall * vf_max(-vf_dot(face, l), zero), fall) * times;
+    vf far = vf_select(sun, vf_of(__builtin_inff()), vf_select(area, vf_of(0.999f), vf_of(0.99999f)));
+    vi free = unshadowed(lit, way, far, NULL, faces(s, l, mask & (fall > 0.0f)), coherent);
+    vf cosine = vf_max(vf_dot(s->normal, l), zero);
+    fall = vf_select(free, fall, zero);
+    if (gloss) *gloss = vf3_scale(colour, fall * phong_lobe(s, lit->view, l, cosine));
+    return vf3_scale(colour, fall * cosine * (1 / FV_PI));
+}
+
+/* Of the rays, up to the parameter t, those that pass an area light's front on their way. */
+static vi behind_lights(const struct fv_tracer *tracer, vf3 origin, vf3 direction, vf t)
+{
+    vi behind = vi_of(0);
+    for (int i = 0; i < tracer->data->lights; i++) {
+        const struct fv_light *light = &tracer->light[i];
+        if (!is(light, FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) continue;
+        vf3 u = vf3_of(light->u), v = vf3_of(light->v), face = vf3_cross(u, v);
+        vf towards_it = vf_dot(face, direction);
+        vf3 from = vf3_sub(origin, vf3_of(light->position));
+        vf at = -vf_dot(face, from) / towards_it;
+        vf3 place = vf3_add(from, vf3_scale(direction, at));
+        vf whole = vf_dot(face, face);
+        vf a = vf_dot(vf3_cross(place, v), face), b = vf_dot(vf3_cross(u, place), face);
+        behind |= (towards_it < 0.0f) & (at > 0.0f) & (at <= t) & (a >= 0.0f) & (a <= whole) & (b >= 0.0f) & (b <= whole);
+    }
+    return behind;
+}
+
+/* Of the points, those that lie so near to an area light that it stands for them where they shine. */
+static vi near_lights(const struct fv_tracer *tracer, vf3 point)
+{
+    vi near = vi_of(0);
+    for (int i = 0; i < tracer->data->lights; i++) {
+        const struct fv_light *light = &tracer->light[i];
+        if (!is(light, FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) continue;
+        vf3 u = vf3_of(light->u), v = vf3_of(light->v), face = vf3_cross(u, v), place = vf3_sub(point, vf3_of(light->position));
+        vf whole = vf_dot(face, face), height = vf_dot(face, place), margin = vf_of(0.05f);
+        vf a = vf_dot(vf3_cross(place, v), face), b = vf_dot(vf3_cross(u, place), face);
+        vi within = (a >= -margin * whole) & (a <= (1.0f + margin) * whole) & (b >= -margin * whole) & (b <= (1.0f + margin) * whole);
+        near |= within & (height * height <= margin * margin * whole * vf_root(whole));
+    }
+    return near;
+}
+
+/* ---- directions ---- */
+
+/* Unit, about the unit vector `about`: at this cosine to it. */
+static inline vf3 around(vf3 about, vf height, vf turn)
+{
+    vf3 across, along;
+    vf sine, cosine, radius = vf_sqrt(vf_max(1.0f - height * height, vf_of(0)));
+    basis(about, &across, &along);
+    vf_turn(turn - 0.5f, &sine, &cosine);
+    return vf3_add(vf3_add(vf3_scale(across, radius * cosine), vf3_scale(along, radius * sine)), vf3_scale(about, height));
+}
+
+/* Spread by the cosine about the shading normal; below the surface itself their reflections at it count. */
+static inline vf3 matt_way(const struct surface *s, vf a, vf b)
+{
+    vf3 way = around(s->normal, vf_sqrt(vf_max(1.0f - a, vf_of(0))), b);
+    vf below = vf_min(vf_dot(way, s->geometric), vf_of(0));
+    return vf3_sub(way, vf3_scale(s->geometric, 2.0f * below));
+}
+
+/* What share of the first surface's reflectance is its lobe's, by channel. */
+static inline vf share_of(vf diffuse, vf specular)
+{
+    vf sum = diffuse + specular;
+    return vf_select(sum > 0.0f, specular / vf_max(sum, vf_of(1e-20f)), vf_of(0));
+}
+
+struct first {
+    vf3 lobe;   /* by channel */
+    vf chance;  /* that a path leaves by the lobe */
+    bool glossy;
+};
+
+/* Where a path leaves the first surface, and its weight: of matt ones 1, else as the lobe and the cosine weigh the two ways that
+ * the direction could have been drawn. */
+static inline vf3 first_way(const struct lit *lit, const struct first *f, vf a, vf b, vf3 *weight, vi *mask)
+{
+    const struct surface *s = lit->surface;
+    vf one = vf_of(1), zero = vf_of(0);
+    *weight = (vf3){one, one, one};
+    if (!f->glossy) return matt_way(s, a, b);
+    vi by_lobe = a < f->chance;
+    a = vf_select(by_lobe, a, a - f->chance) / vf_max(vf_select(by_lobe, f->chance, 1.0f - f->chance), vf_of(1e-7f));
+    a = vf_clamp(a, 0, 0.9999999f);
+    vf3 mirrored = vf3_sub(vf3_scale(s->normal, 2.0f * vf_dot(s->normal, lit->view)), lit->view);
+    vf height = vf_exp2(vf_log2(vf_max(1.0f - a, vf_of(1e-7f))) / (s->shininess + 1.0f));
+    vf3 way = vf3_select(by_lobe, around(mirrored, vf_min(height, one), b), matt_way(s, a, b));
+    vf cosine = vf_max(vf_dot(way, s->normal), zero);
+    vf lobe = phong_lobe(s, lit->view, way, cosine), matt = cosine * (1 / FV_PI);
+    vf by_cosine = lobe / vf_max(cosine, vf_of(1e-6f)) * ((s->shininess + 1.0f) / (s->shininess + 2.0f));
+    vf density = vf_max((1.0f - f->chance) * matt + f->chance * by_cosine, vf_of(1e-10f));
+    vf of_lobe = lobe / density, of_matt = matt / density;
+    *weight = (vf3){of_matt + f->lobe.x * (of_lobe - of_matt), of_matt + f->lobe.y * (of_lobe - of_matt),
+                    of_matt + f->lobe.z * (of_lobe - of_matt)};
+    *mask &= (vf_dot(way, s->geometric) > 0.0f) & (cosine > 0.0f);
+    return way;
+}
+
+/* ---- paths ---- */
+
+static inline vf3 product(vf3 a, vf3 b)
+{
+    return (vf3){a.x * b.x, a.y * b.y, a.z * b.z};
+}
+
+static inline void add_lanes(vf3 *sum, vi mask, vf3 add)
+{
+    *sum = vf3_add(*sum, vf3_select(mask, add, (vf3){vf_of(0), vf_of(0), vf_of(0)}));
+}
+
+/* All that a later surface reflects, as if it were matt. */
+static inline vf3 reflectance(const struct surface *s)
+{
+    vf3 sum = vf3_add(vf3_add(s->diffuse, s->specular), vf3_add(s->mirror, s->transmission));
+    return (vf3){vf_clamp(sum.x, 0, 1), vf_clamp(sum.y, 0, 1), vf_clamp(sum.z, 0, 1)};
+}
+
+/* Ends some of the paths; the rest weigh as much more. */
+static inline vi roulette(vf3 *weight, vf random, vi mask)
+{
+    vf stays = vf_clamp(vf_max(vf_max(weight->x, weight->y), weight->z), 0.05f, 1);
+    *weight = vf3_scale(*weight, 1.0f / stays);
+    return mask & (random < stays);
+}
+
+static inline vf3 ambient_at(const struct fv_scene *scene, const struct surface *s)
+{
+    return vf3_scale(vf3_of(scene->ambient), 0.8f + 0.2f * s->normal.y);
+}
+
+/* What light path n brings to where it leaves `from` by `way`. */
+static __attribute__((noinline)) vf3 follow_path(const struct path *p, const struct surface *from, vf3 way, vf3 weight, vi mask,
+                                                 uint32_t n)
+{
+    const struct fv_scene *scene = p->shading->tracer->data;
+    vf3 light = {vf_of(0), vf_of(0), vf_of(0)};
+    struct surface s;
+    struct lit lit = {.shading = p->shading, .surface = &s};
+    struct rays rays = {.origin = vf3_add(from->point, vf3_scale(from->geometric, from->offset)), .direction = way,
+                        .base = from->footprint, .growth = vf_of(0.2f)};
+    for (int depth = 1;; depth++) {
+        if (!vi_any(mask)) return light;
+        rays.mask = mask;
+        p->shading->rays[FV_RAY_SECONDARY] += __builtin_popcount(vi_bits(mask));
+        struct packet_hit hit = meet(p->shading, &rays, NULL);
+        vi behind = vi_of(0);
+        if (FV_FEATURES & FV_SCENE_AREA_LIGHTS)
+            behind = behind_lights(p->shading->tracer, rays.origin, rays.direction, vf_select(hit.hit, hit.t, vf_of(__builtin_inff())));
+        add_lanes(&light, mask & ~hit.hit & ~behind, product(weight, vf3_of(scene->sky)));
+        mask &= hit.hit;
+        if (!vi_any(mask)) return light;
+        surface_set(&s, p->shading->tracer, &hit, rays.origin, rays.direction, rays.base, rays.growth);
+        surface_fetch(&s, scene);
+        if (s.any & FV_FEATURES & FV_MATERIAL_EMISSIVE)
+            add_lanes(&light, mask & ~(behind | near_lights(p->shading->tracer, s.point)), product(weight, s.emission));
+        weight = product(weight, reflectance(&s));
+        vu seed = hashed(p->pixel + (uint32_t)depth * 0x632be5abu);
+        vf which, stay, a, b, times;
+        lit.start = vf3_add(s.point, vf3_scale(s.geometric, s.offset));
+        draw(seed, n, &which, &stay);
+        draw(hashed(seed ^ 0x68bc21ebu), n, &a, &b);
+        vi chosen = choose_light(&lit, which, &times);
+        add_lanes(&light, mask, product(weight, light_of_one(&lit, chosen, times, a, b, mask, false, NULL)));
+        if (depth >= p->bounces) {
+            add_lanes(&light, mask, product(weight, ambient_at(scene, &s)));
+            return light;
+        }
+        mask = roulette(&weight, stay, mask);
+        draw(hashed(seed ^ 0x02e5be93u), n, &a, &b);
+        rays.origin = lit.start;
+        rays.direction = matt_way(&s, a, b);
+        rays.base = s.footprint;
+    }
+}
+
+/* Which light path i of n looks at, and by how much that counts: false where none. */
+static inline bool light_of_share(const struct path *p, int i, int n, int *chosen, float *times)
+{
+    int areas = p->lights - p->points, rest = n - p->points, k = i - p->points;
+    *times = (float)n;
+    if (k >= 0 && areas == 0) return false;
+    *chosen = p->order[k < 0 ? i : p->points + k % areas];
+    if (k >= 0) *times /= (float)(rest / areas + (k % areas < rest % areas));
+    return true;
+}
+
+/* What path i of n adds of light that reaches the first surface at once. */
+static inline vf3 direct_light(const struct path *p, const struct lit *lit, const struct first *f, int i, int n, vi mask)
+{
+    vf3 light = {vf_of(0), vf_of(0), vf_of(0)}, gloss;
+    /* Places are not shared out as lights are: each light would get its own part of every other. */
+    vf a = fraction(p->number[PATH_PLACE_U] + (float)i * 0.754877666f), b = fraction(p->number[PATH_PLACE_V] + (float)i * 0.569840291f);
+    vf times;
+    vi chosen;
+    if (p->lights <= n && p->lights <= PATH_SHARED) {
+        int one;
+        float counts;
+        if (!light_of_share(p, i, n, &one, &counts)) return light;
+        chosen = vi_of(one);
+        times = vf_of(counts);
+    } else {
+        chosen = choose_light(lit, (p->number[PATH_LIGHT] + (float)i) * (1 / (float)n), &times);
+    }
+    light = light_of_one(lit, chosen, times, a, b, mask, true, f->glossy ? &gloss : NULL);
+    return f->glossy ? vf3_add(light, product(f->lobe, vf3_sub(gloss, light))) : light;
+}
+
+/* Light of path i of n, in the lanes of mask. */
+static inline vf3 light_of_path(const struct path *p, const struct lit *lit, const struct first *f, int i, int n, vi mask)
+{
+    const struct fv_scene *scene = p->shading->tracer->data;
+    const struct surface *s = lit->surface;
+    vf3 weight, light = direct_light(p, lit, f, i, n, mask);
+    vf a, b;
+    if (p->bounces == 0) return vf3_add(light, ambient_at(scene, s));
+    place_in(p->number[PATH_ACROSS], p->number[PATH_ALONG], i, n, &a, &b);
+    vf3 way = first_way(lit, f, a, b, &weight, &mask);
+    return vf3_add(light, follow_path(p, s, way, weight, mask, p->frame * (uint32_t)n + (uint32_t)i));
+}
+
+/* The mean of each lane's paths, into parted->light. What overflows counts as FV_RADIANCE_MAX, what is no number as 0. */
+static void path_light(struct path *p, const struct lit *lit, const struct first *f, vi wanted, struct parted *parted)
+{
+    vf3 zero = {vf_of(0), vf_of(0), vf_of(0)};
+    parted->light = zero;
+    for (vi left = lit->surface->hit & (wanted > 0); vi_any(left);) {
+        int n = wanted[__builtin_ctz(vi_bits(left))];
+        vi mask = left & (wanted == n);
+        vf3 sum = zero;
+        left &= ~mask;
+        for (int i = 0; i < n; i++) {
+            vf3 light = light_of_path(p, lit, f, i, n, mask);
+            light = (vf3){vf_clamp(light.x, 0, FV_RADIANCE_MAX), vf_clamp(light.y, 0, FV_RADIANCE_MAX), vf_clamp(light.z, 0, FV_RADIANCE_MAX)};
+            sum = vf3_add(sum, vf3_scale(light, vf_of(1 / (float)n)));
+        }
+        parted->light = vf3_select(mask, sum, parted->light);
+    }
+}
+
+/* In the place of light_surface for what primary rays hit: emission is returned, albedo and light are kept apart. */
+static vf3 path_surface(const struct shading *shading, struct surface *s, vf3 direction, struct parted *parted)
+{
+    const struct fv_samples *samples = shading->samples;
+    struct path p = {.shading = shading, .bounces = samples->bounces};
+    struct lit lit = {.shading = shading, .surface = s};
+    struct first first = {.glossy = false};
+    vf3 zero = {vf_of(0), vf_of(0), vf_of(0)}, albedo;
+    surface_fetch(s, shading->tracer->data);
+    path_begin(&p, samples->noise, vf_load(samples->x + shading->at), vf_load(samples->y + shading->at), shading->seed);
+    path_lights(&p, shading->tracer);
+    lit.start = vf3_add(s->point, vf3_scale(s->geometric, s->offset));
+    albedo = s->diffuse;
+    if (s->any & FV_FEATURES & FV_MATERIAL_SPECULAR) {
+        lit.view = vf3_normalise(vf3_scale(direction, vf_of(-1)), s->normal);
+        first.glossy = true;
+        first.lobe = (vf3){share_of(s->diffuse.x, s->specular.x), share_of(s->diffuse.y, s->specular.y), share_of(s->diffuse.z, s->specular.z)};
+        first.chance = vf_clamp((first.lobe.x + 2.0f * first.lobe.y + first.lobe.z) * 0.25f, 0, 0.9f);
+        albedo = vf3_add(albedo, s->specular);
+    }
+    path_light(&p, &lit, &first, vi_load(samples->paths + shading->at), parted);
+    parted->albedo = vf3_select(s->hit, (vf3){vf_clamp(albedo.x, 0, 1), vf_clamp(albedo.y, 0, 1), vf_clamp(albedo.z, 0, 1)}, zero);
+    return vf3_select(s->hit, s->emission, zero);
+}
+
+#endif
