@@ -28,6 +28,12 @@ struct lower {
     bool checks;
 };
 
+/* Whether the tile's lower levels were carried over and moved, so that the last frame showed sharper what differs faintly. */
+static bool blurred(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    return f->state[tile->index].waits && !fv_map_still(&f->map[tile->eye], &f->view[tile->eye]);
+}
+
 /* False where nothing differs. */
 static bool take(const struct fv_frame *f, const struct fv_tile *tile, struct lower *l)
 {
@@ -37,7 +43,7 @@ static bool take(const struct fv_frame *f, const struct fv_tile *tile, struct lo
     l->checks = seen != NULL;
     l->contrast.n = n;
     l->contrast.step = (int)(f->parameters.contrast * 1024);
-    l->contrast.faint = l->checks ? l->contrast.step / 8 : l->contrast.step;
+    l->contrast.faint = l->checks || blurred(f, tile) ? l->contrast.step / 8 : l->contrast.step;
     for (int y = 0; y <= n; y++) fv_raster_row(r, 0, x0, y0 + y, n + 1, l->contrast.pixel[y]);
     f->kernels->contrast(&l->contrast);
     bool any = false;
@@ -72,7 +78,7 @@ static uint64_t marked_blocks(const struct marks *m)
     return blocks;
 }
 
-/* Faint differences count where all four show checks. */
+/* Faint differences count where all four show checks: else they are not to be painted. */
 static void keep_checks(struct lower *l)
 {
     for (int y = 0; y < l->contrast.n; y++)
@@ -86,7 +92,7 @@ static void keep_checks(struct lower *l)
 /* Pixels where colours differ, within the picture and outside of `masked`. */
 static void mark(const struct fv_frame *f, const struct fv_tile *tile, uint64_t masked, struct lower *l, struct marks *m)
 {
-    keep_checks(l);
+    if (!blurred(f, tile)) keep_checks(l);
     spread(l->contrast.out, l->contrast.n, 1 << tile->density, m->traced);
     spread(l->contrast.faintly, l->contrast.n, 1 << tile->density, m->row);
     int columns = f->width - tile->x0, rows = f->height - tile->y0;
@@ -163,7 +169,6 @@ static void repaint(struct fv_frame *f, const struct fv_tile *tile, int size, co
         if (painted[i])
             put_cell(m, column[i] * size - size / 2, row[i] * size - size / 2, size, colour + i * size * size, to,
                      f->raster[FV_FINE][tile->eye].stride);
-    for (int y = 0; y < FV_TILE; y++) m->row[y] &= m->traced[y];
 }
 
 /* The marked pixels of the tile. Returns rays. */
@@ -216,6 +221,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
         state->density = FV_FINE;
         if (lower.checks) repaint(f, &fine, 1 << level.density, &lower, &marks, to);
         if (state->waits) leave(&marks, ~carry(f, &fine, marked_blocks(&marks)));
+        for (int y = 0; y < FV_TILE; y++) marks.row[y] &= marks.traced[y];
     }
     state->holds[0] |= state->density == FV_FINE;
     return marks.any ? sharpen(f, &fine, 1 << level.density, &marks) : 0;
