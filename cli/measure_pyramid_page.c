@@ -190,6 +190,7 @@ static const struct section {
      {{"ipr", "IPR", 1, 1, 180},
       {"ipr-minimum", "IPR, least of 3 \xC3\x97 3", 1, 1, 180},
       {"fipr", "FIPR", 1, 1, 7.5},
+      {"fipr-unrefined", "FIPR, colour edges as they are", 1, 1, 7.5},
       {"fipr-paper", "FIPR, as the paper", 1, 1, 7.5}}},
     {"By eccentricity",
      "The same errors within the fovea, from there to 20\xC2\xB0, and beyond: of the whole picture the fovea is "
@@ -197,6 +198,7 @@ static const struct section {
      by_area,
      {{"ipr", "IPR", 1, 1, 180},
       {"fipr", "FIPR", 1, 1, 7.5},
+      {"fipr-unrefined", "FIPR, colour edges as they are", 1, 1, 7.5},
       {"fipr-paper", "FIPR, as the paper", 1, 1, 7.5},
       {"fipr", "FIPR, 16 samples", 16, 1, 7.5},
       {"fipr-masked", "FIPR, 16 where masked", 16, 1, 7.5}}},
@@ -269,7 +271,8 @@ int fv_table_page_polychronakis2023(struct fv_writer *out, const struct fv_table
         {"ipr, fipr", "Every pixel from its start; and foveated, with as many samples of the middle level as of what is "
                       "masked. fipr-masked: one sample of the middle level. ipr-unculled: parts of fields that a packet "
                       "cannot meet are left out on neither side; on both in all other rows."},
-        {"As the paper", "fipr-paper: rays start at the least of 3 \xC3\x97 3 distances, colour never comes from the lowest "
+        {"As they are", "fipr-unrefined: nothing is traced between pixels of the lower levels that differ in colour."},
+        {"As the paper", "fipr-paper: the same, and rays start at the least of 3 \xC3\x97 3 distances, colour never comes from the lowest "
                          "level, and what is not refreshed stays as it stood. fipr-minimum: only the first of these."},
         {"Scenes", "Ours, after the paper's; so times and errors compare in kind only."},
         {"Paper", "Polychronakis, Koulieris and Mania 2023, on a graphics card. Its text prints few of the figures' numbers."},
