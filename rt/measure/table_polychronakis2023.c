@@ -1,17 +1,18 @@
 /* table_polychronakis2023: Figures 11 and 12 and Table 1 of Polychronakis et al. 2023, "An Inverted Pyramid
- * Acceleration Structure Guiding Foveated Sphere Tracing for Implicit Surfaces in VR": speed-up over full marching of
- * IPR and FIPR by scene, samples a pixel, radius of the fovea and refresh rate of what lies outside it, as steps and as
- * CPU time; SSIM and FLIP, at 7.5 degrees by eccentricity, too. One eye; counted "frames" are places along the scene's
- * path, at each of which full and every other are rendered in turn, standing still for a warm frame and then a whole
- * round of refreshing; or coming to it with a head that turns and moves.
+ * Acceleration Structure Guiding Foveated Sphere Tracing for Implicit Surfaces in VR": speed-up over full marching
+ * of IPR and FIPR by scene, samples a pixel, radius of the fovea and refresh rate of what lies outside it, as steps
+ * and as CPU time; SSIM and FLIP, at 7.5 degrees by eccentricity, too. One eye; counted "frames" are places along
+ * the scene's path, at each of which full and every other are rendered in turn, standing still for a warm frame and
+ * then a whole round of refreshing; or coming to it with a head that turns and moves.
  *
- * Rows are SCENE/KIND/ssaaN/foveaDEG/refreshN. KIND: ipr, every pixel (fovea180); fipr, N samples of the fovea, of edges
- * and of the middle level too, as the paper has it; fipr-masked, N samples only of the fovea and of edges. For 1 and 16
- * samples: ipr-unculled, where neither side leaves parts of the fields out; ipr-minimum and fipr-minimum, whose rays
- * start at the paper's least of 3 x 3 distances; fipr-unrefined, where colours that differ stay as the lower levels have
- * them; fipr-paper, which has neither that nor our lowest level nor carries anything over. For one sample: fipr-turning and fipr-turning-stays, the head turning, what is not refreshed carried over or
- * standing as in the paper; and full itself by other steps (full-plain, full-relaxed) than those of the settings, which
- * all others take, full too. Scenes are ours, after the paper's. */
+ * Rows are SCENE/KIND/ssaaN/foveaDEG/refreshN. KIND: ipr, every pixel (fovea180); fipr, N samples of the fovea, of
+ * edges and of the middle level too, as the paper has it; fipr-masked, N samples only of the fovea and of edges. For
+ * 1 and 16 samples: ipr-unculled, where neither side leaves parts of the fields out; ipr-minimum and fipr-minimum,
+ * whose rays start at the paper's least of 3 x 3 distances; fipr-unrefined, where colours that differ stay as the
+ * lower levels have them; fipr-paper, which has neither that nor our lowest level nor carries anything over. For one
+ * sample: fipr-turning and fipr-turning-stays, the head turning, what is not refreshed carried over or standing as
+ * in the paper; and full itself by other steps (full-plain, full-relaxed) than those of the settings, which all
+ * others take, full too. Scenes are ours, after the paper's. */
 #include "rt/measure/table.h"
 
 #include "platform/arena.h"

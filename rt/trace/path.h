@@ -1,22 +1,25 @@
-/* path: what light reaches a packet's surfaces by paths of a few bounces, a Monte Carlo estimate (Kajiya 1986; next event
- * estimation as in Peres et al. 2023, section 3.3). For kernels only; the samples' `paths` say how many paths each takes.
+/* path: what light reaches a packet's surfaces by paths of a few bounces, a Monte Carlo estimate (Kajiya 1986; next
+ * event estimation as in Peres et al. 2023, section 3.3). For kernels only; the samples' `paths` say how many paths
+ * each takes.
  *
- * At each surface of a path one light is drawn, by what it would send there if nothing were in the way, and one shadow ray goes
- * to a place of it. At the first surface, where there are no more lights than the pixel has paths, these share them out instead:
- * one ray goes to each point and sun, which tells all, and the others to area lights, so that choosing adds no noise. Then the path goes on in a direction drawn by the cosine. What is returned is irradiance / pi, without the
- * first surface's albedo, so that light + albedo stay apart for the filter. Where the first surface has a Phong lobe, light is
- * (diffuse E + specular S) / (diffuse + specular), E by the cosine and S by the lobe, and albedo diffuse + specular: their product
- * is what leaves it. Later surfaces are matt, of all that they reflect, mirrors and glass among them; what the first one mirrors
- * or lets through is Whitted's (trace_kernel.c).
+ * At each surface of a path one light is drawn, by what it would send there if nothing were in the way, and one
+ * shadow ray goes to a place of it. At the first surface, where there are no more lights than the pixel has paths,
+ * these share them out instead: one ray goes to each point and sun, which tells all, and the others to area lights,
+ * so that choosing adds no noise. Then the path goes on in a direction drawn by the cosine. What is returned is
+ * irradiance / pi, without the first surface's albedo, so that light and albedo stay apart for the filter. Where the
+ * first surface has a Phong lobe, light is (diffuse E + specular S) / (diffuse + specular), E by the cosine and S by
+ * the lobe, and albedo diffuse + specular: their product is what leaves it. Later surfaces are matt, of all that they
+ * reflect, mirrors and glass among them; what the first one mirrors or lets through is Whitted's (trace_kernel.c).
  *
- * Where a path leaves the scene it takes the sky's radiance, where it meets what shines that one's, but not behind the front of
- * an area light, nor of what shines nearer to one than a twentieth of its size: that stands for it, and is drawn. The last surface takes the scene's ambient light, which stands for all
- * bounces that are not followed. From the second bounce on paths end by chance, less likely the brighter they are
- * (roulette), the others counting for them.
+ * Where a path leaves the scene it takes the sky's radiance, where it meets what shines that one's, but not behind
+ * the front of an area light, nor of what shines nearer to one than a twentieth of its size: that stands for it, and
+ * is drawn. The last surface takes the scene's ambient light, which stands for all bounces that are not followed.
+ * From the second bounce on paths end by chance, less likely the brighter they are (roulette), the others counting
+ * for them.
  *
- * Random numbers: of the first surface blue noise over pixels, shifted by rank-1 sequences over frames (powers of 1 / g,
- * g^6 = g + 1: Roberts 2018), in cells that a pixel's paths share out among them, the same for all lanes, which keeps packets
- * together; of later ones Sobol's points with hashed Owen scrambling (Burley 2020), padded two by two. */
+ * Random numbers: of the first surface blue noise over pixels, shifted by rank-1 sequences over frames (powers of 1 /
+ * g, g^6 = g + 1: Roberts 2018), in cells that a pixel's paths share out among them, the same for all lanes, which
+ * keeps packets together; of later ones Sobol's points with hashed Owen scrambling (Burley 2020), padded two by two. */
 #ifndef FV_TRACE_PATH_H
 #define FV_TRACE_PATH_H
 
