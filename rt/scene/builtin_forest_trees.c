@@ -1,34 +1,12 @@
 /* builtin_forest_trees: trees, bushes and ferns; see builtin_forest.h. */
 #include "rt/scene/builtin_forest.h"
 
-#include "rt/scene/builtin_random.h"
+#include "rt/scene/builtin_growth.h"
 
 #include <math.h>
 
 enum { GRID = 9, BUSHES = 64, FERNS = 420, SEED = 100 };
 #define CELL 6.2f /* m between trees */
-
-static vec3s direction_of(uint32_t *random)
-{
-    float y = fv_random_between(random, -1, 1), angle = fv_random_between(random, 0, 2 * GLM_PIf);
-    float r = sqrtf(fmaxf(1 - y * y, 0));
-    return fv_vec(r * cosf(angle), y, r * sinf(angle));
-}
-
-/* a + t b, of unit length. */
-static vec3s toward(vec3s a, vec3s b, float t)
-{
-    return glms_vec3_normalize(glms_vec3_add(a, glms_vec3_scale(b, t)));
-}
-
-/* A twig of leaves from `root` along `up`, its face towards `face`. */
-static void twig(const struct fv_brush *leaves, vec3s root, vec3s up, vec3s face, float size)
-{
-    vec3s side = glms_vec3_cross(up, face);
-    if (glms_vec3_norm(side) < 1e-3f) side = glms_vec3_ortho(up);
-    side = glms_vec3_scale(glms_vec3_normalize(side), size);
-    fv_shape_card(leaves, glms_vec3_sub(root, glms_vec3_scale(side, 0.5f)), side, glms_vec3_scale(up, size));
-}
 
 struct tree {
     const struct fv_brush *bark, *leaves;
@@ -60,17 +38,17 @@ static void leaf_out(struct tree *tree, vec3s from, vec3s to, vec3s way, int twi
     int count = (int)ceilf((float)twigs * tree->detail);
     for (int i = 0; i < count; i++) {
         vec3s root = glms_vec3_lerp(from, to, fv_random_between(&tree->random, 0.15f, 1));
-        vec3s first = direction_of(&tree->random), second = direction_of(&tree->random);
-        vec3s up = toward(toward(way, fv_vec(0, 1, 0), 0.15f), first, 0.9f), face = toward(fv_vec(0, 1, 0), second, 0.8f);
-        twig(tree->leaves, root, up, face, size * fv_random_between(&tree->random, 0.7f, 1.2f));
+        vec3s first = fv_random_direction(&tree->random), second = fv_random_direction(&tree->random);
+        vec3s up = fv_toward(fv_toward(way, fv_vec(0, 1, 0), 0.15f), first, 0.9f), face = fv_toward(fv_vec(0, 1, 0), second, 0.8f);
+        fv_twig(tree->leaves, root, up, face, size * fv_random_between(&tree->random, 0.7f, 1.2f));
     }
 }
 
 /* A branch in two pieces with its twigs, and those that leave it. */
 static void branch(struct tree *tree, vec3s foot, vec3s way, float length, float radius, int level)
 {
-    vec3s aside = direction_of(&tree->random);
-    vec3s bent = toward(toward(way, aside, 0.35f), fv_vec(0, 1, 0), 0.12f);
+    vec3s aside = fv_random_direction(&tree->random);
+    vec3s bent = fv_toward(fv_toward(way, aside, 0.35f), fv_vec(0, 1, 0), 0.12f);
     vec3s middle = glms_vec3_add(foot, glms_vec3_scale(way, 0.45f * length)), tip = glms_vec3_add(middle, glms_vec3_scale(bent, 0.55f * length));
     int sides = level ? 5 : 7;
     fv_shape_tube(tree->bark, foot, middle, radius, 0.75f * radius, sides);
@@ -78,8 +56,8 @@ static void branch(struct tree *tree, vec3s foot, vec3s way, float length, float
     leaf_out(tree, middle, tip, bent, level ? 15 : 9, 0.62f);
     if (level) return;
     for (int i = 0; i < 3; i++) {
-        vec3s out = direction_of(&tree->random), start = glms_vec3_lerp(middle, tip, 0.15f + 0.35f * (float)i);
-        branch(tree, start, toward(toward(bent, out, 0.8f), fv_vec(0, 1, 0), 0.1f), length * fv_random_between(&tree->random, 0.45f, 0.65f), 0.5f * radius, 1);
+        vec3s out = fv_random_direction(&tree->random), start = glms_vec3_lerp(middle, tip, 0.15f + 0.35f * (float)i);
+        branch(tree, start, fv_toward(fv_toward(bent, out, 0.8f), fv_vec(0, 1, 0), 0.1f), length * fv_random_between(&tree->random, 0.45f, 0.65f), 0.5f * radius, 1);
     }
 }
 
@@ -125,8 +103,8 @@ static void tuft(const struct fv_forest *forest, int material, float x, float z,
     int count = (int)ceilf((float)twigs * forest->detail);
     for (int i = 0; i < count; i++) {
         float angle = 2 * GLM_PIf * ((float)i + fv_random_between(random, 0, 0.7f)) / (float)count, tilt = lean * fv_random_between(random, 0.6f, 1.3f);
-        vec3s out = fv_vec(cosf(angle), 0, sinf(angle)), up = toward(fv_vec(0, 1, 0), out, tilt), face = toward(fv_vec(0, 0.8f, 0), out, -0.6f);
-        twig(&at, glms_vec3_scale(out, 0.05f), up, face, size * fv_random_between(random, 0.7f, 1.2f));
+        vec3s out = fv_vec(cosf(angle), 0, sinf(angle)), up = fv_toward(fv_vec(0, 1, 0), out, tilt), face = fv_toward(fv_vec(0, 0.8f, 0), out, -0.6f);
+        fv_twig(&at, glms_vec3_scale(out, 0.05f), up, face, size * fv_random_between(random, 0.7f, 1.2f));
     }
 }
 

@@ -1,31 +1,9 @@
 /* builtin_plants: trees in pots, ivy on columns and over the gallery's edge; see builtin_atrium.h. */
 #include "rt/scene/builtin_atrium.h"
 
-#include "rt/scene/builtin_random.h"
+#include "rt/scene/builtin_growth.h"
 
 #include <math.h>
-
-static vec3s random_direction(uint32_t *state)
-{
-    float y = fv_random_between(state, -1, 1), angle = fv_random_between(state, 0, 2 * GLM_PIf);
-    float r = sqrtf(fmaxf(1 - y * y, 0));
-    return fv_vec(r * cosf(angle), y, r * sinf(angle));
-}
-
-static vec3s toward(vec3s a, vec3s b, float t)
-{
-    return glms_vec3_normalize(glms_vec3_add(a, glms_vec3_scale(b, t)));
-}
-
-/* One twig of leaves with its root at `root`, growing along `up`, its face towards `face`. */
-static void sprig(const struct fv_brush *leaves, vec3s root, vec3s up, vec3s face, float size)
-{
-    vec3s side = glms_vec3_cross(up, face);
-    if (glms_vec3_norm(side) < 1e-3f) side = glms_vec3_ortho(up);
-    side = glms_vec3_scale(glms_vec3_normalize(side), size);
-    vec3s corner = glms_vec3_sub(root, glms_vec3_scale(side, 0.5f));
-    fv_shape_card(leaves, corner, side, glms_vec3_scale(up, size));
-}
 
 struct tree {
     const struct fv_brush *bark, *leaves;
@@ -37,7 +15,7 @@ struct tree {
 static void branch(struct tree *tree, vec3s foot, vec3s direction, float length, float radius, int level)
 {
     enum { LEVELS = 4 };
-    vec3s bent = toward(direction, random_direction(&tree->random), 0.25f);
+    vec3s bent = fv_toward(direction, fv_random_direction(&tree->random), 0.25f);
     vec3s middle = glms_vec3_add(foot, glms_vec3_scale(direction, length * 0.5f));
     vec3s tip = glms_vec3_add(middle, glms_vec3_scale(bent, length * 0.5f));
     int sides = level == 0 ? 16 : level == 1 ? 10 : 6;
@@ -48,15 +26,15 @@ static void branch(struct tree *tree, vec3s foot, vec3s direction, float length,
         float t = fv_random_between(&tree->random, 0.2f, 1);
         vec3s root = glms_vec3_lerp(foot, tip, t);
         vec3s out = glms_vec3_normalize(glms_vec3_sub(root, tree->crown));
-        vec3s up = toward(toward(bent, out, 0.5f), random_direction(&tree->random), 0.9f);
-        vec3s face = toward(toward(out, fv_vec(0, 1, 0), 0.8f), random_direction(&tree->random), 0.5f);
-        sprig(tree->leaves, root, up, face, fv_random_between(&tree->random, 0.26f, 0.42f));
+        vec3s up = fv_toward(fv_toward(bent, out, 0.5f), fv_random_direction(&tree->random), 0.9f);
+        vec3s face = fv_toward(fv_toward(out, fv_vec(0, 1, 0), 0.8f), fv_random_direction(&tree->random), 0.5f);
+        fv_twig(tree->leaves, root, up, face, fv_random_between(&tree->random, 0.26f, 0.42f));
     }
     if (level + 1 == LEVELS) return;
     for (int i = 0; i < 3; i++) {
         float angle = 2 * GLM_PIf * ((float)i + fv_random_between(&tree->random, 0, 0.6f)) / 3;
         vec3s side = fv_vec(cosf(angle), fv_random_between(&tree->random, -0.1f, 0.25f), sinf(angle));
-        vec3s away = toward(bent, side, level == 0 ? 0.75f : 0.95f);
+        vec3s away = fv_toward(bent, side, level == 0 ? 0.75f : 0.95f);
         branch(tree, tip, away, length * fv_random_between(&tree->random, 0.55f, 0.72f), radius * 0.58f,
                level + 1);
     }
@@ -95,9 +73,9 @@ static void climber(const struct fv_brush *leaves, const struct fv_brush *bark, 
         vec3s out = fv_vec(cosf(around), 0, sinf(around));
         vec3s root = glms_vec3_add(glms_vec3_scale(out, 0.235f), fv_vec(0, y, 0));
         float rise = fv_random_between(&seed, -0.6f, 1);
-        vec3s up = toward(toward(fv_vec(0, rise, 0), random_direction(&seed), 0.7f), out, 0.45f);
-        vec3s face = toward(out, random_direction(&seed), 0.45f);
-        sprig(leaves, root, up, face, fv_random_between(&seed, 0.15f, 0.26f));
+        vec3s up = fv_toward(fv_toward(fv_vec(0, rise, 0), fv_random_direction(&seed), 0.7f), out, 0.45f);
+        vec3s face = fv_toward(out, fv_random_direction(&seed), 0.45f);
+        fv_twig(leaves, root, up, face, fv_random_between(&seed, 0.15f, 0.26f));
     }
 }
 
@@ -114,9 +92,9 @@ static void fall(const struct fv_brush *leaves, float width, uint32_t seed)
             vec3s root = fv_vec(x + fv_random_between(&seed, -0.05f, 0.05f), -0.13f * (float)k + 0.12f,
                                 0.20f - 0.012f * (float)k);
             float aside = fv_random_between(&seed, -0.8f, 0.8f);
-            vec3s up = toward(fv_vec(aside, -1, 0.35f), random_direction(&seed), 0.3f);
-            vec3s face = toward(out, random_direction(&seed), 0.5f);
-            sprig(leaves, root, up, face, fv_random_between(&seed, 0.18f, 0.28f));
+            vec3s up = fv_toward(fv_vec(aside, -1, 0.35f), fv_random_direction(&seed), 0.3f);
+            vec3s face = fv_toward(out, fv_random_direction(&seed), 0.5f);
+            fv_twig(leaves, root, up, face, fv_random_between(&seed, 0.18f, 0.28f));
         }
     }
 }
