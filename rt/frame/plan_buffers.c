@@ -50,6 +50,8 @@ static const char *const buffer_names[FV_BUFFERS] = {
     [FV_DEPTH] = "depth",
     [FV_LIGHT] = "light",
     [FV_FILTERED] = "filtered light",
+    [FV_VARIANCE] = "variance",
+    [FV_FILTERED_VARIANCE] = "filtered variance",
     [FV_PICTURE] = "picture",
 };
 

@@ -123,6 +123,17 @@ static void choose_maps(struct fv_plan *p, const struct fv_scene *s, const struc
                     lights, side, maps < lights ? "; rays to the rest" : "");
 }
 
+/* How much paths vary, where the filter is guided by that. */
+static void choose_variance(struct fv_plan *p, const struct fv_config *config, const struct fv_frame *f)
+{
+    bool can = p->buffers & FV_BIT(FV_FILTERED_VARIANCE), kept = can && config->denoise_deviations > 0;
+    drop(p, FV_BIT(FV_VARIANCE) | FV_BIT(FV_FILTERED_VARIANCE), kept);
+    fv_plan_add(p, "feature", "variance of light", kept, can ? 2 * f->eyes * fv_plan_buffer_bytes(f, FV_VARIANCE) : 0, "%s",
+                !can   ? "no pass filters by it"
+                : kept ? "denoise.deviations: by how much paths vary, the filter tells noise from edges"
+                       : "denoise.deviations is 0: the filter goes by denoise.sigma_light");
+}
+
 void fv_plan_choose_features(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config, const struct fv_frame *f)
 {
     choose_carry(p, s, config, f);
@@ -131,4 +142,5 @@ void fv_plan_choose_features(struct fv_plan *p, const struct fv_scene *s, const 
     choose_pasts(p, config, f);
     choose_light(p, s, config, f);
     choose_maps(p, s, config);
+    choose_variance(p, config, f);
 }

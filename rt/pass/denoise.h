@@ -4,7 +4,8 @@
  *   distribute  three layers around the gaze, of each pixel its number and whether it is sampled: kept until the gaze or the
  *               radii change (section 3.2)
  *   paths       of every pixel what its ray meets (depth, normal, albedo, emission), of sampled ones light by paths, so many as
- *               the layer takes (sections 3.1 and 3.3): one packet does both, so that surfaces are looked up once
+ *               the layer takes (sections 3.1 and 3.3): one packet does both, so that surfaces are looked up once;
+ *               and how much these vary, which guides the filter (after SVGF, Schied et al. 2017)
  *   fill, settle  where pixels are left out, their light from those around, before the filter
  *   across, down  one iteration of the filter (atrous.h), steps 16, 8, 4, 2, 1; a layer takes the last so many of them, and
  *               tiles that have no pixel of such a layer cost nothing (section 3.4)
@@ -32,5 +33,13 @@ static inline bool fv_layer_takes(const struct fv_parameters *p, int layer, int 
 {
     return k < p->iterations[layer];
 }
+
+/* Variances of a tile's pixels, by rows, within FV_VARIANCE_EDGE zeros; `counts`: 1 where there is one, else 0. Evened out, each is the
+ * mean of those that there are up to FV_VARIANCE_REACH pixels around it in the tile, 0 where there is none: two to four paths tell
+ * little of how much they vary. */
+enum { FV_VARIANCE_REACH = 2, FV_VARIANCE_EDGE = 16 };
+struct fv_variances {
+    _Alignas(64) float variance[FV_TILE][FV_TILE + 2 * FV_VARIANCE_EDGE], counts[FV_TILE][FV_TILE + 2 * FV_VARIANCE_EDGE];
+};
 
 #endif

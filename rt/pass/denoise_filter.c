@@ -7,6 +7,8 @@
 
 #include <string.h>
 
+#define VARIANCES (FV_BIT(FV_VARIANCE) | FV_BIT(FV_FILTERED_VARIANCE))
+
 static int rest(int all, int from)
 {
     return all - from < FV_TILE ? all - from : FV_TILE;
@@ -29,8 +31,10 @@ static struct fv_atrous atrous_of(const struct fv_frame *f, const struct fv_tile
                               .light = f->buffer[back ? FV_FILTERED : FV_LIGHT][e],
                               .inverse_depth = f->buffer[FV_DEPTH][e],
                               .facing = f->buffer[FV_FACING][e],
+                              .variance = f->buffer[back ? FV_FILTERED_VARIANCE : FV_VARIANCE][e],
                               .filtered = f->buffer[back ? FV_LIGHT : FV_FILTERED][e],
-                              .sigma_light = f->denoise.sigma_light,
+                              .filtered_variance = f->buffer[back ? FV_VARIANCE : FV_FILTERED_VARIANCE][e],
+                              .sigma_light = f->buffer[FV_VARIANCE][e] ? f->denoise.deviations : f->denoise.sigma_light,
                               .sigma_normal = f->denoise.sigma_normal,
                               .sigma_position = f->denoise.sigma_position};
 }
@@ -70,6 +74,7 @@ static int settle(struct fv_frame *f, const struct fv_tile *tile)
 {
     if (!(layers_of(f, tile->index) & FV_LAYER_HOLES)) return 0;
     copy_tile(f, tile, FV_FILTERED, FV_LIGHT);
+    if (f->buffer[FV_VARIANCE][0]) copy_tile(f, tile, FV_FILTERED_VARIANCE, FV_VARIANCE);
     return 1;
 }
 
@@ -87,8 +92,8 @@ static void expect_holes(const struct fv_frame *f, const struct fv_parameters *p
 
 #define HOLES(name_, run_, reads_, writes_)                                                                                     \
     const struct fv_pass fv_pass_##name_ = {.name = #name_,                                                                     \
-                                            .reads = FV_BIT(FV_TILE_LAYERS) | FV_BIT(reads_) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING), \
-                                            .writes = FV_BIT(writes_),                                                          \
+                                            .reads = FV_BIT(FV_TILE_LAYERS) | FV_BIT(reads_) | VARIANCES | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING), \
+                                            .writes = FV_BIT(writes_) | VARIANCES,                                                          \
                                             .idle = no_holes,                                                                   \
                                             .run = run_,                                                                        \
                                             .expect = expect_holes}
@@ -115,28 +120,43 @@ static int across(struct fv_frame *f, const struct fv_tile *tile, int k)
     return 1;
 }
 
+static void take_plane(const struct fv_frame *f, const struct fv_tile *tile, enum fv_buffer plane, uint32_t words[FV_TILE][FV_TILE])
+{
+    const uint32_t *from = f->buffer[plane][tile->eye];
+    for (int y = 0; y < FV_TILE && from; y++) memcpy(words[y], from + fv_tile_row(f, tile, y), FV_TILE * sizeof *from);
+}
+
+/* Where the pixel's layer is none of these. */
+static void put_back(struct fv_frame *f, const struct fv_tile *tile, enum fv_buffer plane, int bits, uint32_t words[FV_TILE][FV_TILE])
+{
+    uint32_t *to = f->buffer[plane][tile->eye];
+    for (int y = 0; y < FV_TILE && to; y++) {
+        int64_t row = fv_tile_row(f, tile, y);
+        const uint8_t *layer = (const uint8_t *)f->buffer[FV_LAYER][tile->eye] + row;
+        for (int x = 0; x < FV_TILE; x++)
+            if (!(bits >> (layer[x] & FV_LAYER_NUMBER) & 1)) to[row + x] = words[y][x];
+    }
+}
+
 static int down(struct fv_frame *f, const struct fv_tile *tile, int k)
 {
     enum { ALL = (1 << FV_LAYERS) - 1 };
     int bits = taking(f, k), has = layers_of(f, tile->index) & ALL;
     if (!(has & bits)) return 0;
     struct fv_atrous a = atrous_of(f, tile, FV_ATROUS_DOWN, 1 << k, true);
-    uint32_t before[FV_TILE][FV_TILE], *light = f->buffer[FV_LIGHT][tile->eye];
     bool mixed = has & ~bits;
-    for (int y = 0; y < FV_TILE && mixed; y++) memcpy(before[y], light + fv_tile_row(f, tile, y), sizeof before[y]);
+    static const enum fv_buffer planes[] = {FV_LIGHT, FV_VARIANCE};
+    uint32_t before[2][FV_TILE][FV_TILE];
+    for (int p = 0; p < 2 && mixed; p++) take_plane(f, tile, planes[p], before[p]);
     f->kernels->atrous(&a);
-    for (int y = 0; y < FV_TILE && mixed; y++) {
-        int64_t row = fv_tile_row(f, tile, y);
-        const uint8_t *layer = (const uint8_t *)f->buffer[FV_LAYER][tile->eye] + row;
-        for (int x = 0; x < FV_TILE; x++)
-            if (!(bits >> (layer[x] & FV_LAYER_NUMBER) & 1)) light[row + x] = before[y][x];
-    }
+    for (int p = 0; p < 2 && mixed; p++) put_back(f, tile, planes[p], bits, before[p]);
     return 1;
 }
 
 static void across_stand_in(struct fv_frame *f, const struct fv_tile *tile)
 {
     copy_tile(f, tile, FV_LIGHT, FV_FILTERED);
+    if (f->buffer[FV_VARIANCE][0]) copy_tile(f, tile, FV_VARIANCE, FV_FILTERED_VARIANCE);
 }
 
 /* Its light stays. */
@@ -175,16 +195,16 @@ static const char *idle(const struct fv_config *c, int k)
     }                                                                                                                           \
     const struct fv_pass fv_pass_across_##step = {                                                                              \
         .name = "across_" #step,                                                                                                \
-        .reads = FV_BIT(FV_TILE_LAYERS) | FV_BIT(FV_LIGHT) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING),                              \
-        .writes = FV_BIT(FV_FILTERED),                                                                                          \
+        .reads = FV_BIT(FV_TILE_LAYERS) | FV_BIT(FV_LIGHT) | FV_BIT(FV_VARIANCE) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING),                              \
+        .writes = FV_BIT(FV_FILTERED) | FV_BIT(FV_FILTERED_VARIANCE),                                                                                          \
         .idle = idle_##step,                                                                                                    \
         .run = across_##step,                                                                                                   \
         .stand_in = across_stand_in,                                                                                            \
         .expect = expect_##step};                                                                                               \
     const struct fv_pass fv_pass_down_##step = {                                                                                \
         .name = "down_" #step,                                                                                                  \
-        .reads = FV_BIT(FV_TILE_LAYERS) | FV_BIT(FV_LAYER) | FV_BIT(FV_FILTERED) | FV_BIT(FV_LIGHT) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING), \
-        .writes = FV_BIT(FV_LIGHT),                                                                                             \
+        .reads = FV_BIT(FV_TILE_LAYERS) | FV_BIT(FV_LAYER) | FV_BIT(FV_FILTERED) | FV_BIT(FV_LIGHT) | VARIANCES | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING), \
+        .writes = FV_BIT(FV_LIGHT) | FV_BIT(FV_VARIANCE),                                                                                             \
         .idle = idle_##step,                                                                                                    \
         .run = down_##step,                                                                                                     \
         .stand_in = down_stand_in,                                                                                              \

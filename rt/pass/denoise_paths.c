@@ -1,6 +1,7 @@
 /* denoise_paths: the passes paths and compose: light by paths and what it falls on, and both together; see denoise.h. */
 #include "rt/pass/denoise.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Words of the samples into the blocks that they are of. */
@@ -59,7 +60,24 @@ static void despeckle(const struct fv_tile *tile, struct fv_samples *s)
         s->light_red[i] *= times;
         s->light_green[i] *= times;
         s->light_blue[i] *= times;
+        s->variance[i] *= times * times;
     }
+}
+
+/* Of the samples into the tile's pixels. */
+static void keep_variances(struct fv_frame *f, const struct fv_tile *tile, const struct fv_samples *s, float exposure)
+{
+    struct fv_variances v;
+    memset(&v, 0, sizeof v);
+    for (int i = 0; i < s->count; i++) {
+        if (s->paths[i] == 0 || !(s->inverse_depth[i] > 0)) continue;
+        int x = FV_VARIANCE_EDGE + (int)s->x[i] - tile->x0, y = (int)s->y[i] - tile->y0;
+        v.variance[y][x] = fminf(s->variance[i] * exposure * exposure, 1e30f);
+        v.counts[y][x] = 1;
+    }
+    f->kernels->even_out(&v);
+    for (int y = 0; y < FV_TILE; y++)
+        memcpy((float *)f->buffer[FV_VARIANCE][tile->eye] + fv_tile_row(f, tile, y), v.variance[y] + FV_VARIANCE_EDGE, FV_TILE * sizeof(float));
 }
 
 static void trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
@@ -74,6 +92,7 @@ static void trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t block
     k->paths(f->tracer, &f->view[tile->eye], s, 2 * (uint32_t)f->number + (uint32_t)tile->eye, w->rays);
     s->identified = false;
     if (f->denoise.despeckle) despeckle(tile, s);
+    if (f->buffer[FV_VARIANCE][0]) keep_variances(f, tile, s, exposure);
     uint32_t *light = w->pixel[FV_PLANE_LIGHT];
     k->encode(s->red, s->green, s->blue, exposure, w->pixel[FV_PLANE_BASE], s->count);
     k->encode_albedo(s->albedo_red, s->albedo_green, s->albedo_blue, w->pixel[FV_PLANE_ALBEDO], s->count);
@@ -121,7 +140,7 @@ static void expect(const struct fv_frame *f, const struct fv_parameters *p, cons
 const struct fv_pass fv_pass_paths = {
     .name = "paths",
     .reads = FV_BIT(FV_LAYER),
-    .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_ALBEDO) | FV_BIT(FV_LIGHT) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING),
+    .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_ALBEDO) | FV_BIT(FV_LIGHT) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING) | FV_BIT(FV_VARIANCE),
     .needs = FV_NEEDS_GAZE | FV_NEEDS_NOISE,
     .order = FV_ORDER_NEED,
     .run = run,

@@ -20,6 +20,7 @@ struct fv_repaint;        /* rt/pass/pyramid.h */
 struct fv_smooth;         /* rt/pass/smooth.h */
 struct fv_reuse;          /* rt/pass/reuse.h */
 struct fv_atrous;         /* rt/pass/atrous.h */
+struct fv_variances;      /* rt/pass/denoise.h */
 
 struct fv_kernels {
     /* Traces and shades samples [0, count); seed: changes the random numbers of sampled light.
@@ -50,6 +51,9 @@ struct fv_kernels {
     void (*encode_light)(const float *red, const float *green, const float *blue, float exposure, uint32_t *pixel,
                          int n);
     void (*encode_albedo)(const float *red, const float *green, const float *blue, uint32_t *pixel, int n);
+
+    /* Variances of a tile; see denoise.h. */
+    void (*even_out)(struct fv_variances *variances);
 
     /* Pixels of base + albedo * light; with base's flags. `pixel` may be one of the others. */
     void (*compose)(const uint32_t *base, const uint32_t *albedo, const uint32_t *light, uint32_t *pixel, int n);

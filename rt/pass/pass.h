@@ -74,6 +74,8 @@ enum fv_buffer {
     FV_DEPTH,
     FV_LIGHT,          /* that falls on it (pass/atrous.h); and that again, half way through an iteration of the filter */
     FV_FILTERED,
+    FV_VARIANCE,       /* of the brightness of FV_LIGHT, times the exposure squared, float; the same of FV_FILTERED */
+    FV_FILTERED_VARIANCE,
     FV_PICTURE,        /* 8-bit picture for the display */
     FV_BUFFERS
 };
@@ -131,6 +133,7 @@ struct fv_denoise {
     int bounces;
     bool despeckle;                                  /* lone bright pixels are taken down before the filter */
     float sigma_light, sigma_normal, sigma_position; /* pass/atrous.h */
+    float deviations;                                /* instead of sigma_light where variances are known */
 };
 
 /* An eye's layers: what they were made for; whether that has changed since; and by pixels, squared radii about a centre. */

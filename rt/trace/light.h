@@ -54,6 +54,7 @@ static inline vi reach(const struct lit *lit, int light, vf3 way, vf far, vi fac
 /* What primary rays' surfaces give apart from the rest (struct fv_samples). */
 struct parted {
     vf3 albedo, light;
+    vf variance; /* of paths' light */
 };
 
 /* Emission, ambient and all lights. `direction`: of the ray that came here, any length. `primary`: rays from

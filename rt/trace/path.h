@@ -390,14 +390,21 @@ static inline bool light_of_share(const struct path *p, int i, int n, int *chose
     return true;
 }
 
-/* What path i of n adds of light that reaches the first surface at once. */
-static inline vf3 direct_light(const struct path *p, const struct lit *lit, const struct first *f, int i, int n, vi mask)
+/* Lights that a path of their own tells all of, if a pixel takes n. */
+static inline int steady_lights(const struct path *p, int n)
+{
+    return p->lights <= n && p->lights <= PATH_SHARED ? p->points : 0;
+}
+
+/* What path i of n adds of light that reaches the first surface at once; `drawn`: whether by chance. */
+static inline vf3 direct_light(const struct path *p, const struct lit *lit, const struct first *f, int i, int n, vi mask, bool *drawn)
 {
     vf3 light = {vf_of(0), vf_of(0), vf_of(0)}, gloss;
     /* Places are not shared out as lights are: each light would get its own part of every other. */
     vf a = fraction(p->number[PATH_PLACE_U] + (float)i * 0.754877666f), b = fraction(p->number[PATH_PLACE_V] + (float)i * 0.569840291f);
     vf times;
     vi chosen;
+    *drawn = i >= steady_lights(p, n);
     if (p->lights <= n && p->lights <= PATH_SHARED) {
         int one;
         float counts;
@@ -411,35 +418,75 @@ static inline vf3 direct_light(const struct path *p, const struct lit *lit, cons
     return f->glossy ? vf3_add(light, product(f->lobe, vf3_sub(gloss, light))) : light;
 }
 
+static inline vf luma_of(vf3 light)
+{
+    return 0.25f * (light.x + light.z) + 0.5f * light.y;
+}
+
+/* What drawn numbers tell of how much their mean varies. */
+struct spread {
+    vf sum, squares;
+    int count;
+};
+
+static inline void spread_add(struct spread *s, vf number)
+{
+    s->sum += number;
+    s->squares += number * number;
+    s->count++;
+}
+
+/* Of a single one nothing is known: its square. */
+static inline vf spread_of_mean(const struct spread *s)
+{
+    float n = (float)s->count;
+    if (s->count < 2) return s->squares;
+    return vf_max(s->squares - s->sum * s->sum * (1 / n), vf_of(0)) * (1 / (n * (n - 1)));
+}
+
+/* How the drawn parts of a pixel's light vary: what reaches its surface at once, and by paths. */
+struct spreads {
+    struct spread direct, bounced;
+};
+
 /* Light of path i of n, in the lanes of mask. */
-static inline vf3 light_of_path(const struct path *p, const struct lit *lit, const struct first *f, int i, int n, vi mask)
+static inline vf3 light_of_path(const struct path *p, const struct lit *lit, const struct first *f, int i, int n, vi mask, struct spreads *of)
 {
     const struct fv_scene *scene = p->shading->tracer->data;
     const struct surface *s = lit->surface;
-    vf3 weight, light = direct_light(p, lit, f, i, n, mask);
+    bool drawn;
+    vf3 weight, light = direct_light(p, lit, f, i, n, mask, &drawn);
     vf a, b;
+    /* Where lights are shared out, only some paths go to those that are drawn, and count for all. */
+    if (drawn) spread_add(&of->direct, vf_min(luma_of(light) * (1 - (float)steady_lights(p, n) / (float)n), vf_of(FV_RADIANCE_MAX)));
     if (p->bounces == 0) return vf3_add(light, ambient_at(scene, s));
     place_in(p->number[PATH_ACROSS], p->number[PATH_ALONG], i, n, &a, &b);
     vf3 way = first_way(lit, f, a, b, &weight, &mask);
-    return vf3_add(light, follow_path(p, s, way, weight, mask, p->frame * (uint32_t)n + (uint32_t)i));
+    vf3 bounced = follow_path(p, s, way, weight, mask, p->frame * (uint32_t)n + (uint32_t)i);
+    spread_add(&of->bounced, vf_min(luma_of(bounced), vf_of(FV_RADIANCE_MAX)));
+    return vf3_add(light, bounced);
 }
 
-/* The mean of each lane's paths, into parted->light. What overflows counts as FV_RADIANCE_MAX, what is no number as 0. */
+/* The mean of each lane's paths, into parted->light. What overflows counts as FV_RADIANCE_MAX, what is no number as 0. In
+ * parted->variance how much its brightness varies, paths being taken for independent. */
 static void path_light(struct path *p, const struct lit *lit, const struct first *f, vi wanted, struct parted *parted)
 {
     vf3 zero = {vf_of(0), vf_of(0), vf_of(0)};
     parted->light = zero;
+    parted->variance = vf_of(0);
     for (vi left = lit->surface->hit & (wanted > 0); vi_any(left);) {
         int n = wanted[__builtin_ctz(vi_bits(left))];
         vi mask = left & (wanted == n);
         vf3 sum = zero;
+        struct spreads of = {{vf_of(0), vf_of(0), 0}, {vf_of(0), vf_of(0), 0}};
         left &= ~mask;
         for (int i = 0; i < n; i++) {
-            vf3 light = light_of_path(p, lit, f, i, n, mask);
+            vf3 light = light_of_path(p, lit, f, i, n, mask, &of);
             light = (vf3){vf_clamp(light.x, 0, FV_RADIANCE_MAX), vf_clamp(light.y, 0, FV_RADIANCE_MAX), vf_clamp(light.z, 0, FV_RADIANCE_MAX)};
             sum = vf3_add(sum, vf3_scale(light, vf_of(1 / (float)n)));
         }
         parted->light = vf3_select(mask, sum, parted->light);
+        parted->variance = vf_select(mask, spread_of_mean(&of.direct) + spread_of_mean(&of.bounced), parted->variance);
     }
 }
 

@@ -252,6 +252,7 @@ static inline void store_parted(struct fv_samples *samples, int i, const struct 
     vf_store(samples->light_red + i, vf_select(known, vf_max(p->light.x, zero), zero));
     vf_store(samples->light_green + i, vf_select(known, vf_max(p->light.y, zero), zero));
     vf_store(samples->light_blue + i, vf_select(known, vf_max(p->light.z, zero), zero));
+    if (FV_PATHS) vf_store(samples->variance + i, vf_select(known, vf_max(p->variance, zero), zero));
 }
 
 static inline void store_identified(struct fv_samples *samples, int i, const struct identified *of)

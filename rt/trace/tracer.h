@@ -72,6 +72,7 @@ struct fv_samples {
     _Alignas(64) int32_t number[FV_SAMPLES_MAX];
     /* In, of kernels that follow paths (path.h): how many from what each sample hits, of so many bounces, by this mask
      * (fv_noise). Base, albedo and light are then always kept apart: light is the mean of the paths, 0 where there are none.
+     * Out: `variance`, that of the mean's (red + 2 green + blue) / 4, as the paths' differences tell of it.
      * Where `identified`, `facing` is the normal as a map bends it. */
     _Alignas(64) int32_t paths[FV_SAMPLES_MAX];
     int bounces;
@@ -79,6 +80,7 @@ struct fv_samples {
     int fewer; /* in: sampled light takes this part of the settings' rays, 4 at least; 0 is 1: all */
     _Alignas(64) float albedo_red[FV_SAMPLES_MAX], albedo_green[FV_SAMPLES_MAX], albedo_blue[FV_SAMPLES_MAX];
     _Alignas(64) float light_red[FV_SAMPLES_MAX], light_green[FV_SAMPLES_MAX], light_blue[FV_SAMPLES_MAX];
+    _Alignas(64) float variance[FV_SAMPLES_MAX];
 };
 
 /* What Embree hands the alpha test of a geometry: its first triangle's record. */
