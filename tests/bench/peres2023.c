@@ -42,12 +42,29 @@ static double value(const char *part, const char *way, const char *quantity)
 
 static void print_part(const char *part)
 {
-    static const char *const ways[] = {"base", "nh2ld", "nh3ld", "nh3ld-p0.5"};
+    static const char *const ways[] = {"base", "nh2ld", "nh3ld", "nh3ld-p0.5", "unfiltered"};
     print_message("| %s | ms | CPU ms | speed-up | by CPU | RMSE %% | fovea %% | SSIM | PSNR |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n", part);
     for (size_t w = 0; w < sizeof ways / sizeof ways[0]; w++)
         print_message("| %s | %.0f | %.0f | %.2f | %.2f | %.2f | %.2f | %.4f | %.2f |\n", ways[w], value(part, ways[w], "frame_ms"),
                       value(part, ways[w], "cpu_ms"), value(part, ways[w], "speedup"), value(part, ways[w], "cpu_speedup"),
                       value(part, ways[w], "rmse_percent"), value(part, ways[w], "rmse_fovea_percent"), value(part, ways[w], "ssim"), value(part, ways[w], "psnr"));
+}
+
+/* What is asked for once; the number of what was missed. */
+static int check(const char *what, double is, const char *limit, bool holds)
+{
+    print_message("%s: %.3f, to be %s%s\n", what, is, limit, holds ? "" : ": MISSED");
+    return !holds;
+}
+
+/* Foveal errors: three layers' against one's, and against paths without a filter that take longer. */
+static int check_fovea(const char *part)
+{
+    double of = value(part, "nh3ld", "rmse_fovea_percent"), more = of - value(part, "base", "rmse_fovea_percent");
+    double share = of / value(part, "unfiltered", "rmse_fovea_percent"), time = value(part, "unfiltered", "cpu_ms") / value(part, "nh3ld", "cpu_ms");
+    int missed = check("foveal RMSE over base's, points", more, "0 at most, to a hundredth", more < 0.01);
+    missed += check("unfiltered paths' time over nh3ld's", time, "1 at least", time >= 1);
+    return missed + check("foveal RMSE over theirs", share, "0.5 at most", share <= 0.5);
 }
 
 static void tables_hold(void **state)
@@ -66,6 +83,7 @@ static void tables_hold(void **state)
                           musts[i].speedup, worse, musts[i].rmse, holds ? "" : ": MISSED");
             missed += !holds;
         }
+        missed += check_fovea(parts[p]);
     }
     assert_int_equal(missed, 0);
 }
