@@ -29,34 +29,50 @@ static int ask(const struct fv_frame *f, const struct fv_tile *tile, struct fv_s
 }
 
 /* Light of a tile's samples, by rows, none around it and where there is none: -1. */
+enum { SPECKLE_REACH = 2 };
 struct tile_light {
-    float luma[FV_TILE + 2][FV_TILE + 2];
+    float luma[FV_TILE + 2 * SPECKLE_REACH][FV_TILE + 2 * SPECKLE_REACH];
 };
 
-/* The brightest neighbour's, -1: there is none. */
-static float brightest_around(const struct tile_light *t, int x, int y)
+static float *luma_at(struct tile_light *t, int x, int y)
+{
+    return &t->luma[y + SPECKLE_REACH][x + SPECKLE_REACH];
+}
+
+/* The brightest's up to so many pixels around; -1: fewer than eight are known. */
+static float brightest_around(struct tile_light *t, int x, int y, int reach)
 {
     float most = -1;
-    for (int k = 0; k < 9; k++)
-        if (k != 4 && t->luma[y + k / 3][x + k % 3] > most) most = t->luma[y + k / 3][x + k % 3];
-    return most;
+    int known = 0;
+    for (int v = -reach; v <= reach; v++)
+        for (int u = -reach; u <= reach; u++) {
+            float l = u || v ? *luma_at(t, x + u, y + v) : -1;
+            known += l >= 0;
+            most = l > most ? l : most;
+        }
+    return known < 8 ? -1 : most;
 }
 
 /* Rare paths that happen upon a bright place stand out from all around them, and the filter would leave them: to no more than
- * twice the brightest neighbour in the tile. Nothing gets brighter. */
+ * twice the brightest neighbour in the tile, of eight at least, but by no more than chance may have added (two standard deviations: what is
+ * bright by all of its paths is bright). Nothing gets brighter. */
 static void despeckle(const struct fv_tile *tile, struct fv_samples *s)
 {
     struct tile_light t;
-    for (int y = 0; y < FV_TILE + 2; y++)
-        for (int x = 0; x < FV_TILE + 2; x++) t.luma[y][x] = -1;
+    for (int y = 0; y < FV_TILE + 2 * SPECKLE_REACH; y++)
+        for (int x = 0; x < FV_TILE + 2 * SPECKLE_REACH; x++) t.luma[y][x] = -1;
     for (int i = 0; i < s->count; i++)
         if (s->paths[i] > 0 && s->inverse_depth[i] > 0)
-            t.luma[(int)s->y[i] - tile->y0 + 1][(int)s->x[i] - tile->x0 + 1] = 0.25f * (s->light_red[i] + s->light_blue[i]) + 0.5f * s->light_green[i];
+            *luma_at(&t, (int)s->x[i] - tile->x0, (int)s->y[i] - tile->y0) = 0.25f * (s->light_red[i] + s->light_blue[i]) + 0.5f * s->light_green[i];
     for (int i = 0; i < s->count; i++) {
         int x = (int)s->x[i] - tile->x0, y = (int)s->y[i] - tile->y0;
-        float most = brightest_around(&t, x, y), own = t.luma[y + 1][x + 1];
+        float own = *luma_at(&t, x, y);
+        if (!(own > 0) || !(64 * s->variance[i] > own * own)) continue; /* nothing that one would see */
+        float most = brightest_around(&t, x, y, 1);
+        if (most < 0) most = brightest_around(&t, x, y, SPECKLE_REACH);
         if (most < 0 || !(own > 2 * most)) continue;
-        float times = 2 * most / own;
+        float times = fmaxf(2 * most, own - 2 * sqrtf(fmaxf(s->variance[i], 0))) / own;
+        if (!(times < 1)) continue;
         s->light_red[i] *= times;
         s->light_green[i] *= times;
         s->light_blue[i] *= times;
