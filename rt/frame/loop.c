@@ -61,6 +61,7 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
     set_selective(&f->selective, c);
     f->denoise = (struct fv_denoise){.bounces = (int)c->denoise_bounces,
                                      .despeckle = strcmp(c->denoise_despeckle, "on") == 0,
+                                     .apart = strcmp(c->denoise_steady, "apart") == 0,
                                      .deviations = (float)c->denoise_deviations,
                                      .sigma_light = (float)c->denoise_sigma_light,
                                      .sigma_normal = (float)c->denoise_sigma_normal,

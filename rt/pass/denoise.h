@@ -16,6 +16,8 @@
 #include "rt/pass/atrous.h"
 #include "rt/pass/pass.h"
 
+enum { FV_PATHS_MAX = 1024 }; /* a pixel, as in denoise.spp */
+
 /* Of a pixel (FV_LAYER, a byte each): its layer, and whether it is sampled. Of a tile (FV_TILE_LAYERS, a byte each, of all eyes):
  * which layers it has, a bit each, and FV_LAYER_HOLES where some pixel is not sampled. Pixels beyond the picture are none. */
 enum { FV_LAYER_NUMBER = 3, FV_LAYER_SAMPLED = 4, FV_LAYER_HOLES = 8 };

@@ -14,16 +14,30 @@ static void keep(const struct fv_frame *f, const struct fv_tile *tile, uint64_t 
             memcpy(to + fv_block_row(f, tile, __builtin_ctzll(blocks), y), from, FV_BLOCK * sizeof *from);
 }
 
-/* How many paths each sample takes: none where it lies beyond the picture. */
-static int ask(const struct fv_frame *f, const struct fv_tile *tile, struct fv_samples *s)
+/* Steady light is kept apart where it is of all layers: pixels of the others would get it by the filter. */
+static bool apart(const struct fv_frame *f)
+{
+    int least = FV_PATHS_MAX;
+    for (int n = 0; n < FV_LAYERS; n++) {
+        int spp = f->parameters.layer_spp[n];
+        if (spp > 0 && spp < least) least = spp;
+    }
+    return f->denoise.apart && f->tracer->data->lights <= least;
+}
+
+/* How many paths each sample takes, less than none (struct fv_samples) of those that are left out: of all, in a stand-in. None beyond
+ * the picture. */
+static int ask(const struct fv_frame *f, const struct fv_tile *tile, struct fv_samples *s, bool stand_in)
 {
     const uint8_t *layer = f->buffer[FV_LAYER][tile->eye];
     int paths = 0;
     for (int i = 0; i < s->count; i++) {
         int x = (int)s->x[i], y = (int)s->y[i];
-        int of = x < f->width && y < f->height ? layer[y * f->stride + x] : 0;
-        s->paths[i] = of & FV_LAYER_SAMPLED ? f->parameters.layer_spp[of & FV_LAYER_NUMBER] : 0;
-        paths += s->paths[i];
+        bool within = x < f->width && y < f->height;
+        int of = within ? layer[y * f->stride + x] : 0, n = within ? f->parameters.layer_spp[of & FV_LAYER_NUMBER] : 0;
+        bool sampled = (of & FV_LAYER_SAMPLED) && !stand_in;
+        s->paths[i] = sampled ? n : -n;
+        paths += sampled ? n : 0;
     }
     return paths;
 }
@@ -86,7 +100,7 @@ static void keep_variances(struct fv_frame *f, const struct fv_tile *tile, const
     struct fv_variances v;
     memset(&v, 0, sizeof v);
     for (int i = 0; i < s->count; i++) {
-        if (s->paths[i] == 0 || !(s->inverse_depth[i] > 0)) continue;
+        if (s->paths[i] <= 0 || !(s->inverse_depth[i] > 0)) continue;
         int x = FV_VARIANCE_EDGE + (int)s->x[i] - tile->x0, y = (int)s->y[i] - tile->y0;
         v.variance[y][x] = fminf(s->variance[i] * exposure * exposure, 1e30f);
         v.counts[y][x] = 1;
@@ -104,6 +118,7 @@ static void trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t block
     float exposure = f->tracer->data->exposure;
     s->identified = true;
     s->bounces = f->denoise.bounces;
+    s->apart = apart(f);
     s->noise = f->noise;
     k->paths(f->tracer, &f->view[tile->eye], s, 2 * (uint32_t)f->number + (uint32_t)tile->eye, w->rays);
     s->identified = false;
@@ -114,7 +129,7 @@ static void trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t block
     k->encode_albedo(s->albedo_red, s->albedo_green, s->albedo_blue, w->pixel[FV_PLANE_ALBEDO], s->count);
     k->pack_light(s->light_red, s->light_green, s->light_blue, exposure, light, s->count);
     for (int i = 0; i < s->count; i++)
-        if (s->paths[i] == 0 || !(s->inverse_depth[i] > 0)) light[i] = FV_LIGHT_NONE;
+        if (s->paths[i] <= 0 || !(s->inverse_depth[i] > 0)) light[i] = FV_LIGHT_NONE;
     keep(f, tile, blocks, FV_COLOUR, w->pixel[FV_PLANE_BASE]);
     keep(f, tile, blocks, FV_ALBEDO, w->pixel[FV_PLANE_ALBEDO]);
     keep(f, tile, blocks, FV_LIGHT, light);
@@ -127,18 +142,18 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     struct fv_samples *s = &f->scratch[tile->worker].samples;
     uint64_t blocks = fv_tile_inside(f, tile);
     fv_tile_place(f, tile, blocks);
-    int paths = ask(f, tile, s);
+    int paths = ask(f, tile, s, false);
     trace(f, tile, blocks);
     return paths;
 }
 
-/* What rays meet, and no light: that comes from the pixels around, where the filter finds some. */
+/* What rays meet, and of light what is steady: the rest comes from the pixels around, where the filter finds some. */
 static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 {
     struct fv_samples *s = &f->scratch[tile->worker].samples;
     uint64_t blocks = fv_tile_inside(f, tile);
     fv_tile_place(f, tile, blocks);
-    memset(s->paths, 0, sizeof s->paths);
+    ask(f, tile, s, true);
     trace(f, tile, blocks);
 }
 

@@ -131,6 +131,7 @@ struct fv_selective {
 /* Settings of the method denoise (pass/denoise.h). */
 struct fv_denoise {
     int bounces;
+    bool apart;                                      /* light that chance has no part in is not filtered */
     bool despeckle;                                  /* lone bright pixels are taken down before the filter */
     float sigma_light, sigma_normal, sigma_position; /* pass/atrous.h */
     float deviations;                                /* instead of sigma_light where variances are known */

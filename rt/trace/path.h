@@ -379,43 +379,44 @@ static __attribute__((noinline)) vf3 follow_path(const struct path *p, const str
     }
 }
 
-/* Which light path i of n looks at, and by how much that counts: false where none. */
-static inline bool light_of_share(const struct path *p, int i, int n, int *chosen, float *times)
+/* Whether lights are few enough for n paths to share them out: point lights and suns then take a ray each, which tells all. */
+static inline bool shared_out(const struct path *p, int n)
 {
-    int areas = p->lights - p->points, rest = n - p->points, k = i - p->points;
-    *times = (float)n;
-    if (k >= 0 && areas == 0) return false;
-    *chosen = p->order[k < 0 ? i : p->points + k % areas];
-    if (k >= 0) *times /= (float)(rest / areas + (k % areas < rest % areas));
-    return true;
+    return p->lights <= n && p->lights <= PATH_SHARED;
 }
 
-/* Lights that a path of their own tells all of, if a pixel takes n. */
-static inline int steady_lights(const struct path *p, int n)
+/* One light's share of what leaves the first surface by both of its lobes (struct parted). */
+static inline vf3 by_lobes(const struct lit *lit, const struct first *f, vi chosen, vf times, vf a, vf b, vi mask)
 {
-    return p->lights <= n && p->lights <= PATH_SHARED ? p->points : 0;
+    vf3 gloss, light = light_of_one(lit, chosen, times, a, b, mask, true, f->glossy ? &gloss : NULL);
+    return f->glossy ? vf3_add(light, product(f->lobe, vf3_sub(gloss, light))) : light;
 }
 
-/* What path i of n adds of light that reaches the first surface at once; `drawn`: whether by chance. */
-static inline vf3 direct_light(const struct path *p, const struct lit *lit, const struct first *f, int i, int n, vi mask, bool *drawn)
+/* Of points and suns that are shared out: chance has no part in it. */
+static inline vf3 steady_light(const struct path *p, const struct lit *lit, const struct first *f, vi mask)
 {
-    vf3 light = {vf_of(0), vf_of(0), vf_of(0)}, gloss;
+    vf3 light = {vf_of(0), vf_of(0), vf_of(0)};
+    for (int i = 0; i < p->points; i++) light = vf3_add(light, by_lobes(lit, f, vi_of(p->order[i]), vf_of(1), vf_of(0), vf_of(0), mask));
+    return light;
+}
+
+/* What path i of n adds of light that reaches the first surface at once; false: nothing, as its share is a light that is steady. */
+static inline bool drawn_light(const struct path *p, const struct lit *lit, const struct first *f, int i, int n, vi mask, vf3 *light)
+{
     /* Places are not shared out as lights are: each light would get its own part of every other. */
     vf a = fraction(p->number[PATH_PLACE_U] + (float)i * 0.754877666f), b = fraction(p->number[PATH_PLACE_V] + (float)i * 0.569840291f);
-    vf times;
+    vf times = vf_of((float)n);
     vi chosen;
-    *drawn = i >= steady_lights(p, n);
-    if (p->lights <= n && p->lights <= PATH_SHARED) {
-        int one;
-        float counts;
-        if (!light_of_share(p, i, n, &one, &counts)) return light;
-        chosen = vi_of(one);
-        times = vf_of(counts);
+    if (shared_out(p, n)) {
+        int areas = p->lights - p->points, rest = n - p->points, k = i - p->points;
+        if (k < 0 || areas == 0) return false;
+        chosen = vi_of(p->order[p->points + k % areas]);
+        times = times / (float)(rest / areas + (k % areas < rest % areas));
     } else {
         chosen = choose_light(lit, (p->number[PATH_LIGHT] + (float)i) * (1 / (float)n), &times);
     }
-    light = light_of_one(lit, chosen, times, a, b, mask, true, f->glossy ? &gloss : NULL);
-    return f->glossy ? vf3_add(light, product(f->lobe, vf3_sub(gloss, light))) : light;
+    *light = by_lobes(lit, f, chosen, times, a, b, mask);
+    return true;
 }
 
 static inline vf luma_of(vf3 light)
@@ -454,11 +455,11 @@ static inline vf3 light_of_path(const struct path *p, const struct lit *lit, con
 {
     const struct fv_scene *scene = p->shading->tracer->data;
     const struct surface *s = lit->surface;
-    bool drawn;
-    vf3 weight, light = direct_light(p, lit, f, i, n, mask, &drawn);
+    vf3 weight, light = {vf_of(0), vf_of(0), vf_of(0)};
     vf a, b;
     /* Where lights are shared out, only some paths go to those that are drawn, and count for all. */
-    if (drawn) spread_add(&of->direct, vf_min(luma_of(light) * (1 - (float)steady_lights(p, n) / (float)n), vf_of(FV_RADIANCE_MAX)));
+    float counts = shared_out(p, n) ? (float)(n - p->points) / (float)n : 1;
+    if (drawn_light(p, lit, f, i, n, mask, &light)) spread_add(&of->direct, vf_min(luma_of(light) * counts, vf_of(FV_RADIANCE_MAX)));
     if (p->bounces == 0) return vf3_add(light, ambient_at(scene, s));
     place_in(p->number[PATH_ACROSS], p->number[PATH_ALONG], i, n, &a, &b);
     vf3 way = first_way(lit, f, a, b, &weight, &mask);
@@ -467,12 +468,22 @@ static inline vf3 light_of_path(const struct path *p, const struct lit *lit, con
     return vf3_add(light, bounced);
 }
 
-/* The mean of each lane's paths, into parted->light. What overflows counts as FV_RADIANCE_MAX, what is no number as 0. In
- * parted->variance how much its brightness varies, paths being taken for independent. */
-static void path_light(struct path *p, const struct lit *lit, const struct first *f, vi wanted, struct parted *parted)
+static inline vf3 sound_light(vf3 light)
 {
-    vf3 zero = {vf_of(0), vf_of(0), vf_of(0)};
-    parted->light = zero;
+    return (vf3){vf_clamp(light.x, 0, FV_RADIANCE_MAX), vf_clamp(light.y, 0, FV_RADIANCE_MAX), vf_clamp(light.z, 0, FV_RADIANCE_MAX)};
+}
+
+/* The mean of each lane's paths, into parted->light; what is steady of it is returned instead where it is to be kept apart, and there
+ * also of lanes that want -n paths: none, but as if they took n. What overflows counts as FV_RADIANCE_MAX, what is no number as 0. In
+ * parted->variance how much its brightness varies, paths being taken for independent. */
+static vf3 path_light(struct path *p, const struct lit *lit, const struct first *f, vi wanted, bool apart, struct parted *parted)
+{
+    vf3 zero = {vf_of(0), vf_of(0), vf_of(0)}, steady = zero;
+    vi some = wanted >= p->lights;
+    if (apart) some |= wanted <= -p->lights;
+    some &= lit->surface->hit & (wanted != 0);
+    if (p->lights <= PATH_SHARED && p->points > 0 && vi_any(some)) steady = sound_light(steady_light(p, lit, f, some));
+    parted->light = apart ? zero : steady;
     parted->variance = vf_of(0);
     for (vi left = lit->surface->hit & (wanted > 0); vi_any(left);) {
         int n = wanted[__builtin_ctz(vi_bits(left))];
@@ -482,12 +493,12 @@ static void path_light(struct path *p, const struct lit *lit, const struct first
         left &= ~mask;
         for (int i = 0; i < n; i++) {
             vf3 light = light_of_path(p, lit, f, i, n, mask, &of);
-            light = (vf3){vf_clamp(light.x, 0, FV_RADIANCE_MAX), vf_clamp(light.y, 0, FV_RADIANCE_MAX), vf_clamp(light.z, 0, FV_RADIANCE_MAX)};
-            sum = vf3_add(sum, vf3_scale(light, vf_of(1 / (float)n)));
+            sum = vf3_add(sum, vf3_scale(sound_light(light), vf_of(1 / (float)n)));
         }
-        parted->light = vf3_select(mask, sum, parted->light);
+        parted->light = vf3_select(mask, vf3_add(parted->light, sum), parted->light);
         parted->variance = vf_select(mask, spread_of_mean(&of.direct) + spread_of_mean(&of.bounced), parted->variance);
     }
+    return steady;
 }
 
 /* In the place of light_surface for what primary rays hit: emission is returned, albedo and light are kept apart. */
@@ -510,8 +521,9 @@ static vf3 path_surface(const struct shading *shading, struct surface *s, vf3 di
         first.chance = vf_clamp((first.lobe.x + 2.0f * first.lobe.y + first.lobe.z) * 0.25f, 0, 0.9f);
         albedo = vf3_add(albedo, s->specular);
     }
-    path_light(&p, &lit, &first, vi_load(samples->paths + shading->at), parted);
+    vf3 steady = path_light(&p, &lit, &first, vi_load(samples->paths + shading->at), samples->apart, parted);
     parted->albedo = vf3_select(s->hit, (vf3){vf_clamp(albedo.x, 0, 1), vf_clamp(albedo.y, 0, 1), vf_clamp(albedo.z, 0, 1)}, zero);
+    if (samples->apart) s->emission = vf3_add(s->emission, product(parted->albedo, steady));
     return vf3_select(s->hit, s->emission, zero);
 }
 

@@ -75,6 +75,9 @@ struct fv_samples {
      * Out: `variance`, that of the mean's (red + 2 green + blue) / 4, as the paths' differences tell of it.
      * Where `identified`, `facing` is the normal as a map bends it. */
     _Alignas(64) int32_t paths[FV_SAMPLES_MAX];
+    /* In: light of points and suns that a pixel's paths need not draw, as they are no fewer than the lights, is part of red, green
+     * and blue, albedo and all, and not of light; -n paths: that alone, as where there are n. */
+    bool apart;
     int bounces;
     const float *noise;
     int fewer; /* in: sampled light takes this part of the settings' rays, 4 at least; 0 is 1: all */
