@@ -4,12 +4,36 @@
 #include <math.h>
 #include <string.h>
 
-/* Words of the samples into the blocks that they are of. */
-static void keep(const struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks, enum fv_buffer buffer, const void *of)
+/* Samples that take paths before those that take none: packets of both would follow paths half empty. True where that
+ * changes their order. */
+static bool sort(struct fv_samples *s)
+{
+    struct sample {
+        float x, y;
+        int32_t paths;
+    } later[FV_SAMPLES_MAX];
+    int first = 0, rest = 0;
+    for (int i = 0; i < s->count; i++) {
+        struct sample of = {s->x[i], s->y[i], s->paths[i]};
+        if (of.paths <= 0) {
+            later[rest++] = of;
+            continue;
+        }
+        s->x[first] = of.x, s->y[first] = of.y, s->paths[first++] = of.paths;
+    }
+    if (first == 0 || rest == 0) return false;
+    for (int i = 0; i < rest; i++) s->x[first + i] = later[i].x, s->y[first + i] = later[i].y, s->paths[first + i] = later[i].paths;
+    return true;
+}
+
+/* Words of the samples into their pixels: block by block, where they are in that order. */
+static void keep(const struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks, bool sorted, enum fv_buffer buffer, const void *of)
 {
     uint32_t *to = f->buffer[buffer][tile->eye];
     const uint32_t *from = of;
-    for (; blocks; blocks &= blocks - 1)
+    const struct fv_samples *s = &f->scratch[tile->worker].samples;
+    for (int i = 0; i < s->count && sorted; i++) to[(int64_t)s->y[i] * f->stride + (int64_t)s->x[i]] = from[i];
+    for (; blocks && !sorted; blocks &= blocks - 1)
         for (int y = 0; y < FV_BLOCK; y++, from += FV_BLOCK)
             memcpy(to + fv_block_row(f, tile, __builtin_ctzll(blocks), y), from, FV_BLOCK * sizeof *from);
 }
@@ -116,6 +140,7 @@ static void trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t block
     struct fv_samples *s = &w->samples;
     const struct fv_kernels *k = f->kernels;
     float exposure = f->tracer->data->exposure;
+    bool sorted = sort(s);
     s->identified = true;
     s->bounces = f->denoise.bounces;
     s->apart = apart(f);
@@ -130,11 +155,11 @@ static void trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t block
     k->pack_light(s->light_red, s->light_green, s->light_blue, exposure, light, s->count);
     for (int i = 0; i < s->count; i++)
         if (s->paths[i] <= 0 || !(s->inverse_depth[i] > 0)) light[i] = FV_LIGHT_NONE;
-    keep(f, tile, blocks, FV_COLOUR, w->pixel[FV_PLANE_BASE]);
-    keep(f, tile, blocks, FV_ALBEDO, w->pixel[FV_PLANE_ALBEDO]);
-    keep(f, tile, blocks, FV_LIGHT, light);
-    keep(f, tile, blocks, FV_DEPTH, s->inverse_depth);
-    keep(f, tile, blocks, FV_FACING, s->facing);
+    keep(f, tile, blocks, sorted, FV_COLOUR, w->pixel[FV_PLANE_BASE]);
+    keep(f, tile, blocks, sorted, FV_ALBEDO, w->pixel[FV_PLANE_ALBEDO]);
+    keep(f, tile, blocks, sorted, FV_LIGHT, light);
+    keep(f, tile, blocks, sorted, FV_DEPTH, s->inverse_depth);
+    keep(f, tile, blocks, sorted, FV_FACING, s->facing);
 }
 
 static int run(struct fv_frame *f, const struct fv_tile *tile)

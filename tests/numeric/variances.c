@@ -108,6 +108,46 @@ static void what_is_not_drawn_does_not_vary(void **state)
     fv_tracer_close(&s.tracer);
 }
 
+static void trace_apart(const struct small_scene *s, bool apart, int paths, double total[FV_SAMPLES_MAX], double base[FV_SAMPLES_MAX])
+{
+    samples.apart = apart;
+    trace(s, 0, paths, 1);
+    samples.apart = false;
+    for (int i = 0; i < samples.count; i++) {
+        base[i] = (double)samples.green[i];
+        total[i] = base[i] + (double)samples.albedo_green[i] * (double)samples.light_green[i];
+    }
+}
+
+/* The same whole; of what is left out, all of it that is steady; where paths are fewer than lights, nothing is. */
+static void steady_light_apart(void **state)
+{
+    (void)state;
+    static struct small_scene s;
+    static double whole[FV_SAMPLES_MAX], total[FV_SAMPLES_MAX], base[FV_SAMPLES_MAX], left[FV_SAMPLES_MAX], none[FV_SAMPLES_MAX];
+    for (int lights = 2; lights <= 3; lights++) {
+        open_room(&s, lights);
+        for (int isa = 0; isa < 3 && reopen(&s, isa); isa++) {
+            double sum = 0;
+            trace_apart(&s, false, 4, whole, base);
+            for (int i = 0; i < samples.count; i++) assert_true(base[i] == 0);
+            trace_apart(&s, true, 4, total, base);
+            for (int i = 0; i < samples.count; i++) {
+                sum += base[i];
+                if (!(fabs(total[i] - whole[i]) <= 1e-4 * whole[i])) fail_msg("%g, not %g", total[i], whole[i]);
+                if (lights == 2 && samples.light_green[i] != 0) fail_msg("%g is not steady", (double)samples.light_green[i]);
+            }
+            assert_true(sum > 1);
+            trace_apart(&s, true, -4, left, none);
+            for (int i = 0; i < samples.count; i++)
+                if (!(fabs(left[i] - base[i]) <= 1e-4 * base[i])) fail_msg("left out: %g, not %g", left[i], base[i]);
+            trace_apart(&s, true, -1, left, none);
+            for (int i = 0; i < samples.count; i++) assert_true(left[i] == 0);
+        }
+        fv_tracer_close(&s.tracer);
+    }
+}
+
 static struct fv_variances tile;
 
 static void set(int x, int y, float variance)
@@ -144,7 +184,7 @@ static void evened_out(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(paths_tell_how_they_vary), cmocka_unit_test(what_is_not_drawn_does_not_vary),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(paths_tell_how_they_vary), cmocka_unit_test(what_is_not_drawn_does_not_vary), cmocka_unit_test(steady_light_apart),
                                        cmocka_unit_test(evened_out)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

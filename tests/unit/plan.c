@@ -137,7 +137,7 @@ static const struct {
      NULL,
      {"pass     distribute", "pass     paths", "pass     across_4", "pass     down_1", "pass     light_up", "buffer   layer", "buffer   light",
       "buffer   filtered light", "buffer   albedo", "buffer   depth", "buffer   facing", "memory   blue-noise mask", "device   eye"},
-     {"pass     fill", "pass     settle", "pass     across_8", "pass     across_16", "pass     sample_all", "buffer   cache", "buffer   history colour", "buffer   identity"}},
+     {"pass     fill", "pass     settle", "pass     across_16", "pass     sample_all", "buffer   cache", "buffer   history colour", "buffer   identity"}},
     {"--set scene.name=cornell --set method.name=denoise --set denoise.p=0.5 --set 'denoise.iterations=0 0 5'",
      NULL,
      {"pass     fill", "pass     settle", "pass     across_16", "feature  variance of light", "buffer   variance", "buffer   filtered variance"},
