@@ -118,6 +118,10 @@ int fv_verb_measure(const struct fv_arguments *a)
         fv_log("%s", error.text);
         return FV_EXIT_UNUSABLE;
     }
+    for (int n = 0; fv_method_at(n) && !a->measure.method; n++)
+        if (fv_method_at(n)->by_paths)
+            fv_log("%s holds light that the other methods do not, and has a sweep of its own: --method %s, with another --out",
+                   fv_method_at(n)->name, fv_method_at(n)->name);
     fv_setup_realtime(&m.setup, true);
     const volatile int *stop = fv_measure_heed_signals();
     int state = fv_sweep_rows(m.sweep) ? fv_sweep_prepare(m.sweep, &error) : 0;

@@ -15,16 +15,31 @@ enum { PICTURES = FV_SWEEP_SEGMENTS + FV_SWEEP_SEGMENTS / 2 };
 static const char about_name[] = "about.txt",
                   about_form[] = "foveola-reference 1\nkey %31s\nsamples %d\nagreement %lf\n";
 
-void fv_reference_open(struct fv_reference *r, const struct fv_config *config, const struct fv_tracer *tracer,
+static void set_samples(struct fv_config *c, int spp)
+{
+    c->method_spp = spp;
+    for (int n = 0; n < c->denoise_spp.count; n++) c->denoise_spp.value[n] = spp;
+}
+
+/* Paths as they come: no filter, nothing left out, nothing taken down. */
+static void set_paths(struct fv_config *c)
+{
+    c->denoise_p = 0;
+    snprintf(c->denoise_despeckle, sizeof c->denoise_despeckle, "off");
+    for (int n = 0; n < c->denoise_iterations.count; n++) c->denoise_iterations.value[n] = 0;
+}
+
+void fv_reference_open(struct fv_reference *r, const struct fv_config *config, bool by_paths, const struct fv_tracer *tracer,
                        struct fv_workers *workers)
 {
     struct fv_arena *arena = fv_arena();
     struct fv_frame *f = &r->loop.frame;
     *r = (struct fv_reference){.config = *config, .workers = workers};
     r->config.display_eyes = 1;
-    r->config.method_spp = 1;
+    set_samples(&r->config, 1);
+    if (by_paths) set_paths(&r->config);
     fv_frame_size(f, &r->config);
-    fv_plan_make(&r->plan, fv_method_find("full"), tracer->data, &r->config, f);
+    fv_plan_make(&r->plan, fv_method_find(by_paths ? "denoise" : "full"), tracer->data, &r->config, f);
     fv_loop_open(&r->loop, &r->config, &r->plan, tracer, workers, &r->session, 1);
     size_t pixels = (size_t)f->width * (size_t)f->height;
     for (int s = 0; s < FV_SWEEP_SEGMENTS; s++) {
@@ -99,7 +114,7 @@ static const struct fv_pass depth_pass = {.name = "depth", .writes = FV_BIT(FV_C
 static double render(struct fv_reference *r, const struct fv_sweep_frame *frame, int spp)
 {
     struct fv_frame_record record;
-    r->config.method_spp = spp;
+    set_samples(&r->config, spp);
     fv_loop_restart(&r->loop); /* the same random numbers whatever was rendered before */
     fv_loop_frame(&r->loop, &frame->head, frame->gaze, frame->uncertainty_deg, frame->t_ns, &record);
     double rays = 0;

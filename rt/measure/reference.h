@@ -50,8 +50,8 @@ struct fv_reference {
     struct fv_reference_segment segment[FV_SWEEP_SEGMENTS];
 };
 
-/* Takes the memory. */
-void fv_reference_open(struct fv_reference *reference, const struct fv_config *config,
+/* Takes the memory. `by_paths`: by paths of the method denoise, without its filter, instead of `full`. */
+void fv_reference_open(struct fv_reference *reference, const struct fv_config *config, bool by_paths,
                        const struct fv_tracer *tracer, struct fv_workers *workers);
 
 /* -1 with the error set where the folder (which need not be there) holds references of another `key`. */

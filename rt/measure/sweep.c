@@ -64,7 +64,7 @@ static int choose_rows(struct fv_sweep *s, const struct fv_sweep_choice *choice,
     int all = 0, levels = 0;
     for (int m = 0; m < s->methods; m++) {
         const struct fv_method *method = s->contender[m].plan.method;
-        bool wanted = !choice->method || strcmp(choice->method, method->name) == 0;
+        bool wanted = choice->method ? strcmp(choice->method, method->name) == 0 : !method->by_paths;
         if (wanted && method->measured > levels) levels = method->measured;
         for (int level = 0; level < method->measured; level++) {
             bool mine = wanted && (choice->level < 0 || choice->level == level);
@@ -135,12 +135,15 @@ int fv_sweep_open(struct fv_sweep **sweep, const struct fv_config *config, const
         fv_contender_plan(&s->contender[s->methods++], fv_method_at(n), &s->config, tracer);
     if (choose_rows(s, choice, error)) return -1;
     latch_frames(s);
+    const struct fv_method *asked = choice->method ? fv_method_find(choice->method) : NULL;
+    bool by_paths = asked && asked->by_paths;
     fv_sweep_fingerprint(s->key, sizeof s->key, &s->config, tracer->data, s->contest.frame);
+    if (by_paths) strncat(s->key, "-paths", sizeof s->key - strlen(s->key) - 1);
     if (strlen(out) > FV_PATH_MAX - 200) return fv_error_set(error, "--out %.60s...: too long", out);
     snprintf(folder, sizeof folder, "%s/reference", out);
     if (fv_reference_check(folder, s->key, error)) return -1;
     find_rows(s);
-    fv_reference_open(&s->reference, &s->config, tracer, workers);
+    fv_reference_open(&s->reference, &s->config, by_paths, tracer, workers);
     fv_contest_open(&s->contest, &s->reference, &s->config, tracer, workers, &s->io);
     for (int i = 0; i < s->rows; i++)
         fv_contender_open(&s->contender[s->place[i].method], &s->config, tracer, workers);

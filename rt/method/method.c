@@ -168,7 +168,7 @@ static const struct fv_method table[] = {
      .pass = {&fv_pass_distribute, &fv_pass_paths, &fv_pass_fill, &fv_pass_settle, &fv_pass_across_16, &fv_pass_down_16,
               &fv_pass_across_8, &fv_pass_down_8, &fv_pass_across_4, &fv_pass_down_4, &fv_pass_across_2, &fv_pass_down_2,
               &fv_pass_across_1, &fv_pass_down_1, &fv_pass_light_up},
-     .levels = DENOISE_LEVELS, .measured = DENOISE_LEVELS, .parameters = denoise_parameters},
+     .levels = DENOISE_LEVELS, .measured = DENOISE_LEVELS, .by_paths = true, .parameters = denoise_parameters},
     {"pyramid", "sphere tracing of fields by an inverted pyramid of resolutions (Polychronakis et al. 2023)",
      .pass = {&fv_pass_march, &fv_pass_mask, &fv_pass_trace, &fv_pass_compose, &fv_pass_sharpen}, .levels = PYRAMID_LEVELS,
      .measured = PYRAMID_LEVELS, .parameters = pyramid_parameters},

@@ -16,6 +16,9 @@ struct fv_method {
      * table of their own, from the dearest to the smallest that is safe. Those from `levels` up to
      * `measured` are for measuring only. */
     int levels, measured;
+    /* Its pictures hold light that surfaces throw on each other: what they are worth is told by many paths without a filter, not
+     * by `full`, and a sweep over methods does not compare it with the others. */
+    bool by_paths;
     void (*parameters)(const struct fv_config *config, int level, struct fv_parameters *out);
 };
 

@@ -17,7 +17,7 @@ static const char header[] = "scene,method,level,parameters,frame_ms_p50,frame_m
 static int whole_sweep(void)
 {
     int rows = 0;
-    for (int n = 0; fv_method_at(n); n++) rows += fv_method_at(n)->measured;
+    for (int n = 0; fv_method_at(n); n++) rows += fv_method_at(n)->by_paths ? 0 : fv_method_at(n)->measured;
     return rows;
 }
 
@@ -65,6 +65,23 @@ static void a_whole_sweep_has_every_row(void **state)
     for (int column = 4; column < 20; column++) assert_false(isnan(cell(csv, "cornell,full,1,", column)));
     slurp("whole/report.html", csv, sizeof csv);
     assert_non_null(strstr(csv, "<html"));
+}
+
+/* By paths without its filter; a folder holds one or the other. */
+static void denoise_has_a_sweep_of_its_own(void **state)
+{
+    char csv[16384];
+    (void)state;
+    struct program_result r = program("measure " SMALL "--method denoise --level 1 --out paths");
+    if (r.code != 0) fail_msg("%s", r.errors);
+    slurp("paths/measure.csv", csv, sizeof csv);
+    assert_int_equal(lines(csv), 2);
+    double all = cell(csv, "cornell,denoise,1,", 10);
+    print_message("denoise: %.1f dB\n", all);
+    assert_true(all > 22 && all < 60);
+    r = program("measure " SMALL "--method full --level 1 --out paths");
+    assert_int_equal(r.code, 2);
+    assert_non_null(strstr(r.errors, "reference of another scene"));
 }
 
 static void what_is_there_is_not_measured_again(void **state)
@@ -241,7 +258,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_whole_sweep_has_every_row),
-        cmocka_unit_test(what_is_there_is_not_measured_again),
+        cmocka_unit_test(denoise_has_a_sweep_of_its_own), cmocka_unit_test(what_is_there_is_not_measured_again),
         cmocka_unit_test(bad_input_is_refused),
         cmocka_unit_test(a_damaged_row_is_named),
         cmocka_unit_test(an_interrupted_sweep_goes_on),
