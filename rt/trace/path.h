@@ -7,13 +7,12 @@
  * these share them out instead: one ray goes to each point and sun, which tells all, and the others to area lights,
  * so that choosing adds no noise. Then the path goes on in a direction drawn by the cosine. What is returned is
  * irradiance / pi, without the first surface's albedo, so that light and albedo stay apart for the filter. Where the
- * first surface has a Phong lobe, light is (diffuse E + specular S) / (diffuse + specular), E by the cosine and S by
- * the lobe, and albedo diffuse + specular: their product is what leaves it. Later surfaces are matt, of all that they
+ * first surface has a lobe (ggx.h, or Phong's: denoise.specular), light is (diffuse E + specular S) / (diffuse +
+ * specular), E by the cosine and S by the lobe, and albedo diffuse + specular: their product is what leaves it. Later surfaces are matt, of all that they
  * reflect, mirrors and glass among them; what the first one mirrors or lets through is Whitted's (trace_kernel.c).
  *
  * Where a path leaves the scene it takes the sky's radiance, where it meets what shines that one's, but not behind
- * the front of an area light, nor of what shines nearer to one than a twentieth of its size: that stands for it, and
- * is drawn. The last surface takes the scene's ambient light, which stands for all bounces that are not followed.
+ * the front of an area light, nor of what lies at a light that stands for it (path_lights.h), and is drawn. The last surface takes the scene's ambient light, which stands for all bounces that are not followed.
  * From the second bounce on paths end by chance, less likely the brighter they are (roulette), the others counting
  * for them.
  *
@@ -23,7 +22,7 @@
 #ifndef FV_TRACE_PATH_H
 #define FV_TRACE_PATH_H
 
-#include "rt/trace/light.h"
+#include "rt/trace/path_first.h"
 
 enum { PATH_NUMBERS = 5, PATH_SHARED = 16 };
 enum path_number { PATH_ACROSS, PATH_ALONG, PATH_LIGHT, PATH_PLACE_U, PATH_PLACE_V };
@@ -120,194 +119,7 @@ static inline void path_lights(struct path *p, const struct fv_tracer *tracer)
     }
 }
 
-/* ---- one light of many ---- */
-
-static inline float brightness(const float colour[3])
-{
-    return 0.25f * (colour[0] + 2 * colour[1] + colour[2]);
-}
-
-/* About what a light sends to where it is not shadowed, 0 only where it can send nothing at all. */
-static inline vf worth(const struct lit *lit, const struct fv_light *light)
-{
-    const struct surface *s = lit->surface;
-    vf bright = vf_of(brightness(light->colour)), zero = vf_of(0);
-    vf3 way = vf3_of(light->position);
-    if (is(light, FV_LIGHT_SUN, FV_SCENE_SUN)) {
-        vf cosine = vf_select(vf_dot(s->geometric, way) > 0.0f, vf_max(vf_dot(s->normal, way), zero), zero);
-        return bright * cosine;
-    }
-    if (is(light, FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) {
-        vf3 u = vf3_of(light->u), v = vf3_of(light->v), face = vf3_cross(u, v);
-        way = vf3_sub(vf3_add(way, vf3_scale(vf3_add(u, v), vf_of(0.5f))), lit->start);
-        vf square = vf_max(vf_dot(way, way), vf_of(1e-12f)), inverse = vf_rsqrt(square);
-        vf area = vf_root(vf_dot(face, face)), slant = -vf_dot(face, way) * inverse;
-        vf cosine = vf_max(vf_dot(s->normal, way) * inverse, vf_of(0.1f));
-        vf power = bright * vf_max(slant, 0.1f * area) * cosine * vf_reciprocal(vf_clamp(square + 0.25f * area, 1e-12f, 1e30f));
-        return vf_select(slant > 0.0f, power, zero);
-    }
-    way = vf3_sub(way, lit->start);
-    vf square = vf_clamp(vf_dot(way, way), 1e-12f, 1e30f), inverse = vf_rsqrt(square);
-    vf cosine = vf_select(vf_dot(s->geometric, way) > 0.0f, vf_max(vf_dot(s->normal, way), zero), zero);
-    return bright * cosine * inverse * inverse * inverse;
-}
-
-/* Draws one by what they are worth: its number, and by how much it counts for all, 0 where none sends anything. The lights
- * come by one after another, each taking the place of those before by its share; what of the number says so is given
- * back whole. */
-static inline vi choose_light(const struct lit *lit, vf random, vf *times)
-{
-    const struct fv_tracer *tracer = lit->shading->tracer;
-    vf sum = vf_of(0), of_chosen = vf_of(0);
-    vi chosen = vi_of(0);
-    for (int i = 0; i < tracer->data->lights; i++) {
-        vf w = vf_clamp(worth(lit, &tracer->light[i]), 0, 1e30f);
-        sum += w;
-        vf share = w / vf_max(sum, vf_of(1e-37f));
-        vi taken = (random < share) & (w > 0.0f);
-        random = vf_select(taken, random, random - share) / vf_max(vf_select(taken, share, 1.0f - share), vf_of(1e-7f));
-        random = vf_clamp(random, 0, 0.9999999f);
-        chosen = vi_select(taken, vi_of(i), chosen);
-        of_chosen = vf_select(taken, w, of_chosen);
-    }
-    *times = vf_select(of_chosen > 0.0f, sum / vf_max(of_chosen, vf_of(1e-37f)), vf_of(0));
-    return chosen;
-}
-
-static inline vf3 gather3(const float *base, vi index)
-{
-    return (vf3){vf_gather(base, index), vf_gather(base, index + 1), vf_gather(base, index + 2)};
-}
-
-/* Irradiance / pi from one light, counted so many times, at the place (a, b) of it, in the lanes of mask; and, where asked for,
- * what reaches the viewer through a Phong lobe of reflectance 1. */
-static __attribute__((noinline)) vf3 light_of_one(const struct lit *lit, vi chosen, vf times, vf a, vf b, vi mask, bool coherent,
-                                                  vf3 *gloss)
-{
-    const struct surface *s = lit->surface;
-    const struct fv_light *first = lit->shading->tracer->light;
-    vf zero = vf_of(0);
-    vi at = chosen * (int)(sizeof *first / sizeof(float));
-    vi kind = vi_gather(&first->kind, at);
-    vi sun = kind == FV_LIGHT_SUN, area = kind == FV_LIGHT_AREA;
-    vf3 way = gather3(first->position, at), colour = gather3(first->colour, at), face = {zero, zero, zero};
-    if ((FV_FEATURES & FV_SCENE_AREA_LIGHTS) && vi_any(area)) {
-        vf3 u = gather3(first->u, at), v = gather3(first->v, at);
-        face = vf3_cross(u, v);
-        way = vf3_select(area, vf3_add(way, vf3_add(vf3_scale(u, a), vf3_scale(v, b))), way);
-    }
-    way = vf3_select(sun, way, vf3_sub(way, lit->start));
-    vf square = vf_clamp(vf_dot(way, way), 1e-12f, 1e36f), inverse = vf_rsqrt(square);
-    vf3 l = vf3_select(sun, way, vf3_scale(way, inverse));
-    vf fall = vf_select(sun, vf_of(1), inverse * inverse);
-    fall = vf_select(area, fall * vf_max(-vf_dot(face, l), zero), fall) * times;
-    vf far = vf_select(sun, vf_of(__builtin_inff()), vf_select(area, vf_of(0.999f), vf_of(0.99999f)));
-    vi free = unshadowed(lit, way, far, NULL, faces(s, l, mask & (fall > 0.0f)), coherent);
-    vf cosine = vf_max(vf_dot(s->normal, l), zero);
-    fall = vf_select(free, fall, zero);
-    if (gloss) *gloss = vf3_scale(colour, fall * phong_lobe(s, lit->view, l, cosine));
-    return vf3_scale(colour, fall * cosine * (1 / FV_PI));
-}
-
-/* Of the rays, up to the parameter t, those that pass an area light's front on their way. */
-static vi behind_lights(const struct fv_tracer *tracer, vf3 origin, vf3 direction, vf t)
-{
-    vi behind = vi_of(0);
-    for (int i = 0; i < tracer->data->lights; i++) {
-        const struct fv_light *light = &tracer->light[i];
-        if (!is(light, FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) continue;
-        vf3 u = vf3_of(light->u), v = vf3_of(light->v), face = vf3_cross(u, v);
-        vf towards_it = vf_dot(face, direction);
-        vf3 from = vf3_sub(origin, vf3_of(light->position));
-        vf at = -vf_dot(face, from) / towards_it;
-        vf3 place = vf3_add(from, vf3_scale(direction, at));
-        vf whole = vf_dot(face, face);
-        vf a = vf_dot(vf3_cross(place, v), face), b = vf_dot(vf3_cross(u, place), face);
-        behind |= (towards_it < 0.0f) & (at > 0.0f) & (at <= t) & (a >= 0.0f) & (a <= whole) & (b >= 0.0f) & (b <= whole);
-    }
-    return behind;
-}
-
-/* Of the points, those that lie so near to an area light that it stands for them where they shine. */
-static vi near_lights(const struct fv_tracer *tracer, vf3 point)
-{
-    vi near = vi_of(0);
-    for (int i = 0; i < tracer->data->lights; i++) {
-        const struct fv_light *light = &tracer->light[i];
-        if (!is(light, FV_LIGHT_AREA, FV_SCENE_AREA_LIGHTS)) continue;
-        vf3 u = vf3_of(light->u), v = vf3_of(light->v), face = vf3_cross(u, v), place = vf3_sub(point, vf3_of(light->position));
-        vf whole = vf_dot(face, face), height = vf_dot(face, place), margin = vf_of(0.05f);
-        vf a = vf_dot(vf3_cross(place, v), face), b = vf_dot(vf3_cross(u, place), face);
-        vi within = (a >= -margin * whole) & (a <= (1.0f + margin) * whole) & (b >= -margin * whole) & (b <= (1.0f + margin) * whole);
-        near |= within & (height * height <= margin * margin * whole * vf_root(whole));
-    }
-    return near;
-}
-
-/* ---- directions ---- */
-
-/* Unit, about the unit vector `about`: at this cosine to it. */
-static inline vf3 around(vf3 about, vf height, vf turn)
-{
-    vf3 across, along;
-    vf sine, cosine, radius = vf_sqrt(vf_max(1.0f - height * height, vf_of(0)));
-    basis(about, &across, &along);
-    vf_turn(turn - 0.5f, &sine, &cosine);
-    return vf3_add(vf3_add(vf3_scale(across, radius * cosine), vf3_scale(along, radius * sine)), vf3_scale(about, height));
-}
-
-/* Spread by the cosine about the shading normal; below the surface itself their reflections at it count. */
-static inline vf3 matt_way(const struct surface *s, vf a, vf b)
-{
-    vf3 way = around(s->normal, vf_sqrt(vf_max(1.0f - a, vf_of(0))), b);
-    vf below = vf_min(vf_dot(way, s->geometric), vf_of(0));
-    return vf3_sub(way, vf3_scale(s->geometric, 2.0f * below));
-}
-
-/* What share of the first surface's reflectance is its lobe's, by channel. */
-static inline vf share_of(vf diffuse, vf specular)
-{
-    vf sum = diffuse + specular;
-    return vf_select(sum > 0.0f, specular / vf_max(sum, vf_of(1e-20f)), vf_of(0));
-}
-
-struct first {
-    vf3 lobe;   /* by channel */
-    vf chance;  /* that a path leaves by the lobe */
-    bool glossy;
-};
-
-/* Where a path leaves the first surface, and its weight: of matt ones 1, else as the lobe and the cosine weigh the two ways that
- * the direction could have been drawn. */
-static inline vf3 first_way(const struct lit *lit, const struct first *f, vf a, vf b, vf3 *weight, vi *mask)
-{
-    const struct surface *s = lit->surface;
-    vf one = vf_of(1), zero = vf_of(0);
-    *weight = (vf3){one, one, one};
-    if (!f->glossy) return matt_way(s, a, b);
-    vi by_lobe = a < f->chance;
-    a = vf_select(by_lobe, a, a - f->chance) / vf_max(vf_select(by_lobe, f->chance, 1.0f - f->chance), vf_of(1e-7f));
-    a = vf_clamp(a, 0, 0.9999999f);
-    vf3 mirrored = vf3_sub(vf3_scale(s->normal, 2.0f * vf_dot(s->normal, lit->view)), lit->view);
-    vf height = vf_exp2(vf_log2(vf_max(1.0f - a, vf_of(1e-7f))) / (s->shininess + 1.0f));
-    vf3 way = vf3_select(by_lobe, around(mirrored, vf_min(height, one), b), matt_way(s, a, b));
-    vf cosine = vf_max(vf_dot(way, s->normal), zero);
-    vf lobe = phong_lobe(s, lit->view, way, cosine), matt = cosine * (1 / FV_PI);
-    vf by_cosine = lobe / vf_max(cosine, vf_of(1e-6f)) * ((s->shininess + 1.0f) / (s->shininess + 2.0f));
-    vf density = vf_max((1.0f - f->chance) * matt + f->chance * by_cosine, vf_of(1e-10f));
-    vf of_lobe = lobe / density, of_matt = matt / density;
-    *weight = (vf3){of_matt + f->lobe.x * (of_lobe - of_matt), of_matt + f->lobe.y * (of_lobe - of_matt),
-                    of_matt + f->lobe.z * (of_lobe - of_matt)};
-    *mask &= (vf_dot(way, s->geometric) > 0.0f) & (cosine > 0.0f);
-    return way;
-}
-
 /* ---- paths ---- */
-
-static inline vf3 product(vf3 a, vf3 b)
-{
-    return (vf3){a.x * b.x, a.y * b.y, a.z * b.z};
-}
 
 static inline void add_lanes(vf3 *sum, vi mask, vf3 add)
 {
@@ -358,7 +170,7 @@ static __attribute__((noinline)) vf3 follow_path(const struct path *p, const str
         surface_set(&s, p->shading->tracer, &hit, rays.origin, rays.direction, rays.base, rays.growth);
         surface_fetch(&s, scene);
         if (s.any & FV_FEATURES & FV_MATERIAL_EMISSIVE)
-            add_lanes(&light, mask & ~(behind | near_lights(p->shading->tracer, s.point)), product(weight, s.emission));
+            add_lanes(&light, mask & ~(behind | near_lights(p->shading->tracer, s.point, s.emission)), product(weight, s.emission));
         weight = product(weight, reflectance(&s));
         vu seed = hashed(p->pixel + (uint32_t)depth * 0x632be5abu);
         vf which, stay, a, b, times;
@@ -516,9 +328,8 @@ static vf3 path_surface(const struct shading *shading, struct surface *s, vf3 di
     albedo = s->diffuse;
     if (s->any & FV_FEATURES & FV_MATERIAL_SPECULAR) {
         lit.view = vf3_normalise(vf3_scale(direction, vf_of(-1)), s->normal);
-        first.glossy = true;
-        first.lobe = (vf3){share_of(s->diffuse.x, s->specular.x), share_of(s->diffuse.y, s->specular.y), share_of(s->diffuse.z, s->specular.z)};
-        first.chance = vf_clamp((first.lobe.x + 2.0f * first.lobe.y + first.lobe.z) * 0.25f, 0, 0.9f);
+        if (!shading->tracer->phong) lit.view = ggx_view(s->normal, lit.view);
+        first_set(&first, &lit);
         albedo = vf3_add(albedo, s->specular);
     }
     vf3 steady = path_light(&p, &lit, &first, vi_load(samples->paths + shading->at), samples->apart, parted);

@@ -117,6 +117,7 @@ int fv_tracer_open(struct fv_tracer *t, const struct fv_scene *scene, const stru
                             .ao_spp = (int)config->method_ao_spp,
                             .ao_radius = (float)config->method_ao_radius,
                             .epsilon_grazing = (float)config->method_epsilon_grazing,
+                            .phong = strcmp(config->denoise_specular, "phong") == 0,
                             .stepping = stepping_of(config->method_stepping),
                             .march_steps = (int)config->method_march_steps,
                             .march_far = (float)config->method_march_far,

@@ -118,6 +118,7 @@ struct fv_tracer {
     int64_t bytes;       /* of the acceleration structure and what else Embree holds of the scene */
     int depth, area_spp, ao_spp; /* settings of the section method */
     float ao_radius, epsilon_grazing;
+    bool phong;          /* paths' first surfaces have Phong's lobe, not that of ggx.h */
     enum fv_stepping stepping;
     int march_steps;   /* that a ray takes through fields at most */
     float march_far;   /* m: rays end there in fields */

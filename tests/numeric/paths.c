@@ -97,6 +97,7 @@ static void lights_stand_for_all(int paths)
     struct fv_material m = fv_material_default();
     small_begin(&s);
     s.config.method_area_spp = 64;
+    strcpy(s.config.denoise_specular, "phong"); /* as Whitted's shading has it */
     for (int c = 0; c < 3; c++) m.diffuse[c] = 0.6f, m.specular[c] = 0.3f;
     m.shininess = 12;
     box(&s, &m);
@@ -143,18 +144,20 @@ static void lights_are_shared_out(void **state)
     lights_stand_for_all(7);
 }
 
-/* In a furnace of glossy walls, whose lobes reflect 0.3 at most and matt parts 0.4, nothing gets brighter than what walls of 0.7
- * would show, nor darker than those of 0.4. */
+/* In a furnace of glossy walls, whose lobes reflect 0.3 and matt parts 0.4, nothing gets brighter than what walls of 0.7 would
+ * show, nor darker than those of 0.4; with Fresnel's law by 0.3 of what is seen edge-on, here a fifteenth at most. */
 static void gloss_gains_no_energy(void **state)
 {
     (void)state;
     static struct small_scene s;
     static const float shininess[] = {1, 40, 10000};
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 6; k++) {
         struct fv_material m = fv_material_default();
+        bool phong = k < 3;
         small_begin(&s);
+        strcpy(s.config.denoise_specular, phong ? "phong" : "ggx");
         for (int c = 0; c < 3; c++) m.diffuse[c] = 0.4f, m.specular[c] = 0.3f, m.emission[c] = 1;
-        m.shininess = shininess[k];
+        m.shininess = shininess[k % 3];
         box(&s, &m);
         small_finish(&s);
         for (int c = 0; c < 3; c++) s.scene.ambient[c] = 0;
@@ -163,8 +166,49 @@ static void gloss_gains_no_energy(void **state)
             trace(&s, 1, 16, frame);
             for (int i = 0; i < samples.count; i++) sum += (double)(samples.albedo_red[i] * samples.light_red[i]) / 4 / samples.count;
         }
-        print_message("gloss, exponent %g: reflects %.3f of 0.7\n", (double)shininess[k], sum);
-        assert_true(sum > 0.4 && sum < 0.702);
+        print_message("gloss (%s), exponent %g: reflects %.3f of 0.7\n", s.config.denoise_specular, (double)shininess[k % 3], sum);
+        assert_true(sum > 0.4 && sum < (phong ? 0.702 : 0.722));
+        fv_tracer_close(&s.tracer);
+    }
+}
+
+/* What shines at a point light is not counted twice: a lamp that would send as much as the light where it filled the ball around it
+ * adds nothing to the walls, the same one farther off, or brighter where the light is no brighter, does. */
+static void light_stands_for_its_lamp(void **state)
+{
+    (void)state;
+    static struct small_scene s;
+    static const struct {
+        float emission, intensity;
+        double off;
+        bool counts;
+    } row[] = {{0, 1, 0.1, false}, {4, 1, 0.1, false}, {4, 1, 0.5, true}, {400, 1, 0.1, true}, {4, 0, 0.1, true}, {4, 1e30f, 0.5, false}};
+    double without = 0;
+    for (unsigned k = 0; k < sizeof row / sizeof *row; k++) {
+        struct fv_material wall = fv_material_default(), lamp = wall;
+        small_begin(&s);
+        for (int c = 0; c < 3; c++) lamp.emission[c] = row[k].emission, wall.diffuse[c] = 0.5f, lamp.diffuse[c] = 0;
+        box(&s, &wall);
+        int plate = fv_build_material(s.build, &lamp);
+        small_plate(&s, (double[]){-0.05, 0.3 + row[k].off, -0.05}, (double[]){0.1, 0, 0}, (double[]){0, 0, 0.1}, 1, plate);
+        small_finish(&s);
+        for (int c = 0; c < 3; c++) s.scene.ambient[c] = 0;
+        s.scene.lights = 1;
+        s.scene.light[0] = (struct fv_light){FV_LIGHT_POINT, {0, 0.3f, 0}, {0}, {0}, {row[k].intensity, row[k].intensity, row[k].intensity}};
+        s.scene.features |= FV_SCENE_POINT_LIGHTS;
+        struct fv_light light = s.scene.light[0];
+        double with[2];
+        for (int shines = 0; shines < 2; shines++) {
+            struct fv_material *m = (struct fv_material *)&s.scene.material[plate];
+            for (int c = 0; c < 3; c++) m->emission[c] = shines ? row[k].emission : 0;
+            assert_true(s.scene.light[0].kind == light.kind);
+            trace(&s, 1, 16, 3);
+            with[shines] = mean_of(samples.light_red);
+        }
+        if (k == 0) without = with[0];
+        print_message("lamp of %g, %g m from a light of %g: %.5g, dark %.5g\n", (double)row[k].emission, row[k].off, (double)row[k].intensity, with[1], with[0]);
+        assert_true(without > 0);
+        assert_true(row[k].counts ? with[1] > with[0] * 1.001 : with[1] == with[0]);
         fv_tracer_close(&s.tracer);
     }
 }
@@ -231,7 +275,7 @@ static void paths_by_sample(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(furnace), cmocka_unit_test(one_light_stands_for_all), cmocka_unit_test(lights_are_shared_out),
-                                       cmocka_unit_test(gloss_gains_no_energy), cmocka_unit_test(odd_lights),
+                                       cmocka_unit_test(gloss_gains_no_energy), cmocka_unit_test(light_stands_for_its_lamp), cmocka_unit_test(odd_lights),
                                        cmocka_unit_test(paths_by_sample)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

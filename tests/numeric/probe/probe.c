@@ -1,6 +1,7 @@
 /* probe: see probe.h; compiled once for each instruction set. */
 #include "tests/numeric/probe/probe.h"
 
+#include "rt/trace/ggx.h"
 #include "rt/trace/light.h"
 #include "rt/trace/refraction.h"
 
@@ -119,8 +120,28 @@ static void probe_basis(const struct fv_texture *texture, const float *const *in
     }
 }
 
+static void probe_ggx(const struct fv_texture *texture, const float *const *in, float *const *out, int n)
+{
+    (void)texture;
+    EACH
+    {
+        struct gloss g = ggx(ggx_square(IN(6)), UP, ggx_view(UP, IN3(0)), IN3(3));
+        vf_store(out[0] + i, g.lobe);
+        vf_store(out[1] + i, g.density);
+        vf_store(out[2] + i, g.edge);
+    }
+}
+
+static void probe_ggx_way(const struct fv_texture *texture, const float *const *in, float *const *out, int n)
+{
+    (void)texture;
+    EACH store3(out, 0, i, ggx_way(ggx_square(IN(3)), UP, ggx_view(UP, IN3(0)), IN(4), IN(5)));
+}
+
 fv_probe_function *const probes[PROBES] = {
     [PROBE_LOG2] = probe_log2,       [PROBE_EXP2] = probe_exp2,   [PROBE_NORMALISE] = probe_normalise,
     [PROBE_REFRACT] = probe_refract, [PROBE_PHONG] = probe_phong, [PROBE_PLACE] = probe_place,
     [PROBE_BEND] = probe_bend,       [PROBE_SAMPLE] = probe_sample, [PROBE_TURN] = probe_turn,
-    [PROBE_BASIS] = probe_basis};
+    [PROBE_BASIS] = probe_basis,
+    [PROBE_GGX] = probe_ggx,
+    [PROBE_GGX_WAY] = probe_ggx_way};

@@ -22,6 +22,8 @@ enum fv_probe {
     PROBE_SAMPLE,  /* two random numbers, number and count (the same 16 times) -> a point in the unit square */
     PROBE_TURN,    /* a in [-1/2, 1/2] -> sine and cosine of 2 pi a */
     PROBE_BASIS,   /* x y z of a normal -> x y z of two vectors across it */
+    PROBE_GGX,     /* x y z to the viewer, x y z to the light, exponent -> lobe, density, edge (ggx.h) */
+    PROBE_GGX_WAY, /* x y z to the viewer, exponent, two random numbers -> x y z */
     PROBES
 };
 
