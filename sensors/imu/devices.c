@@ -157,12 +157,12 @@ int fv_imu_stream_report(struct fv_imu_stream *s, const uint8_t *report, size_t 
     if (count == 0) return 0;
     if (take_times(s, reading, ticks, count, arrival_ns)) s->counts.restarts++, s->begun = false;
     for (int i = 0; i < count; i++) {
-        if ((s->begun && ticks[i] <= s->newest) || (i > 0 && ticks[i] == ticks[i - 1])) {
+        if (s->begun && ticks[i] <= s->newest) {
             s->counts.repeated++;
             continue;
         }
         struct fv_imu_sample *to = &samples[given++];
-        to->dt_s = s->begun ? 1e-9 * s->map.tick_ns * ((double)ticks[i] - (double)s->newest) : 1 / s->device.hz;
+        to->dt_s = s->begun ? 1e-9 * s->map.tick_ns * fmax((double)ticks[i] - (double)s->newest, 1) : 1 / s->device.hz;
         s->counts.lost += (int64_t)fmin(fmax(rint(to->dt_s * s->device.hz) - 1, 0), 1e9);
         to->t_ns = fv_clock_map_host_ns(&s->map, ticks[i]);
         calibrate(s, &reading[i], to);

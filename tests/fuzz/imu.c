@@ -57,7 +57,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         free(report);
         check(count >= 0 && count <= FV_IMU_READINGS);
         for (int i = 0; i < count; i++) {
-            check(sample[i].dt_s > 0 && (sample[i].t_ns > last_ns || sample[i].t_ns < -INT64_MAX / 4));
+            check(sample[i].dt_s > 0);
+            check((sample[i].t_ns > last_ns || sample[i].t_ns < -INT64_MAX / 4));
             last_ns = sample[i].t_ns;
             fv_fusion_add(&fusion, sample[i].rate, sample[i].acc, sample[i].dt_s);
             const double *q = fusion.rotation;
