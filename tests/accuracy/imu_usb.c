@@ -7,6 +7,7 @@
 #include "tests/support/pcap.h"
 
 #include <math.h>
+#include <time.h>
 
 #define FOLDER FV_SOURCE_DIR "/../shared/data/imu/headset_usb"
 static const double gravity = 9.80665;
@@ -21,12 +22,19 @@ static const struct {
 static struct pcap_packet packet;
 static struct fv_imu_stream stream;
 static struct fv_fusion fusion;
-static double acceleration[100000], latency[100000];
+static double acceleration[100000], latency[100000], took_us[100000];
 
 static int by_value(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
+}
+
+static int64_t now_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * INT64_C(1000000000) + t.tv_nsec;
 }
 
 /* Another way to count what is in the reports: by their clocks, against those of the reports just before. */
@@ -49,7 +57,7 @@ static void judge(unsigned n)
     struct fv_error error;
     char path[512];
     uint32_t seen[NEWEST] = {0};
-    int next = 0, rests = 0, samples = 0;
+    int next = 0, rests = 0, samples = 0, reports = 0;
     int64_t expected = 0, last_ns = 0;
     snprintf(path, sizeof path, FOLDER "/%s", captures[n].file);
     gzFile f = pcap_open(path);
@@ -65,10 +73,12 @@ static void judge(unsigned n)
     while (pcap_next(f, &packet)) {
         struct fv_imu_sample sample[FV_IMU_READINGS];
         if (!packet.came || packet.bytes == 0) continue;
+        int64_t from_ns = now_ns();
         int count = fv_imu_stream_report(&stream, packet.data, packet.bytes, packet.t_ns, sample);
         if (packet.bytes == 52 && packet.data[0] == 0x20) expected += unseen(packet.data, seen, &next);
+        for (int i = 0; i < count; i++) fv_fusion_add(&fusion, sample[i].rate, sample[i].acc, sample[i].dt_s);
+        if (count > 0) took_us[reports++] = 1e-3 * (double)(now_ns() - from_ns);
         for (int i = 0; i < count; i++) {
-            fv_fusion_add(&fusion, sample[i].rate, sample[i].acc, sample[i].dt_s);
             assert_true(sample[i].t_ns > last_ns && sample[i].dt_s > 0);
             last_ns = sample[i].t_ns;
             const double *a = sample[i].acc;
@@ -79,7 +89,9 @@ static void judge(unsigned n)
     gzclose(f);
     qsort(acceleration, (size_t)rests, sizeof acceleration[0], by_value);
     qsort(latency, (size_t)samples, sizeof latency[0], by_value);
+    qsort(took_us, (size_t)reports, sizeof took_us[0], by_value);
     double median = rests ? acceleration[rests / 2] : NAN;
+    print_message("%s: from report to pose, us: median %.2f, 99 %% %.2f\n", captures[n].file, took_us[reports / 2], took_us[reports * 99 / 100]);
     print_message("%s: %lld samples (%lld in the bytes), %lld repeated, %lld lost; %d at rest, |acc| %.4f g; arrival after "
                   "their time, ms: least %.3f, median %.3f, 99 %% %.3f; drift %.1f ppm; stuck %lld, bias %.3f %.3f %.3f deg/s\n",
                   captures[n].file, (long long)stream.counts.samples, (long long)expected, (long long)stream.counts.repeated,
