@@ -108,7 +108,8 @@ int fv_imu_decode_windows(const struct fv_imu_layout *l, const uint8_t *report, 
             for (int k = 0; k < MEANS; k++)
                 sum += signed_of(unsigned_of(report + 41 + 2 * (i * TIMES * MEANS + n * MEANS + k), 2, false), 16);
             readings[n].rate[i] = l->rate_unit * (double)sum / MEANS;
-            readings[n].acc[i] = l->acc_unit * (double)signed_of(unsigned_of(report + 265 + 4 * (i * TIMES + n), 4, false), 32);
+            const uint8_t *acc = report + 265 + 4 * (i * TIMES + n);
+            readings[n].acc[i] = l->acc_unit * (double)signed_of(unsigned_of(acc, 4, false), 32);
         }
     }
     return TIMES;

@@ -20,6 +20,7 @@
 
 const struct fv_imu_device fv_imu_devices[FV_IMU_DEVICES] = {
     [FV_IMU_VIVE] = {.name = "vive", .vendor = 0x28de, .product = 0x2000, LIGHTHOUSE},
+    /* Which way its sensor sits is not known here: its axes are taken for the Vive's. */
     [FV_IMU_INDEX] = {.name = "index", .vendor = 0x28de, .product = 0x2300, LIGHTHOUSE},
     [FV_IMU_RIFT] = {.name = "rift-dk2", .vendor = 0x2833, .product = 0x0021, .decode = fv_imu_decode_rift,
                      .layout = {.acc_unit = 1e-4, .rate_unit = 1e-4}, .tick_ns = MHZ(1), .counter_bits = 32,

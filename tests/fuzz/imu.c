@@ -18,9 +18,11 @@ static void check(int truth)
 static size_t take_layout(struct fv_imu_layout *layout, const uint8_t *data, size_t size)
 {
     if (size < 16) return 0;
-    *layout = (struct fv_imu_layout){(int8_t)data[0], data[1] | data[2] << 8, (int8_t)data[3], (int8_t)data[4], (int8_t)data[5],
-                                     (int8_t)data[6], (int8_t)data[7], (int8_t)data[8], (int8_t)data[9],
-                                     (enum fv_imu_number)(data[10] % 4), data[11] & 1, (double)data[12] / 100, (double)data[13]};
+    const int8_t *place = (const int8_t *)data;
+    *layout = (struct fv_imu_layout){.id = place[0], .bytes = data[1] | data[2] << 8, .readings = place[3], .first = place[4],
+                                     .stride = place[5], .acc = place[6], .rate = place[7], .counter = place[8],
+                                     .counter_bytes = place[9], .number = (enum fv_imu_number)(data[10] % 4),
+                                     .big_endian = data[11] & 1, .acc_unit = data[12] / 100.0, .rate_unit = data[13]};
     return 16;
 }
 

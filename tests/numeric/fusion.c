@@ -302,7 +302,8 @@ static void predicts_a_head(void **state)
     }
     qsort(off, (size_t)count, sizeof off[0], by_value);
     if (!(off[count * 95 / 100] <= 0.5)) fail_msg("95 %% within %g degrees", off[count * 95 / 100]);
-    print_message("a simulated head 20 ms ahead: 50 %% within %.3f, 95 %% within %.3f degrees\n", off[count / 2], off[count * 95 / 100]);
+    print_message("a simulated head 20 ms ahead: 50 %% within %.3f, 95 %% within %.3f degrees\n", off[count / 2],
+                  off[count * 95 / 100]);
 }
 
 /* Whatever comes, in whatever order, the rotation is one and the bias bounded. */
