@@ -10,6 +10,7 @@
 #define DEGREE (M_PI / 180)
 
 enum { SAME_SAMPLES = 16 };
+static const double first_s = 0.01; /* the most that the first sample counts for: nothing was before it */
 
 const struct fv_fusion_settings fv_fusion_usual = {
     .tilt_s = 4,
@@ -191,10 +192,12 @@ static bool is_stuck(struct fv_fusion *f, const double rate[3], const double acc
     return f->same >= SAME_SAMPLES && f->same_s >= FV_FUSION_STUCK_S;
 }
 
-/* After a gap nothing is known of the motion: what was filtered over it begins anew; bias and rotation stay. */
+/* After a gap little is known of the motion: what was filtered over it begins anew. Bias and rotation stay; down is
+ * believed as if it had been seen for a quarter of a second, lest a single push turns the world. */
 static void begin_anew(struct fv_fusion *f)
 {
-    f->down_clock = f->rest_clock = (struct fv_lowpass_clock){0};
+    f->down_clock.seen_s = fmin(f->down_clock.seen_s, 0.25);
+    f->rest_clock.seen_s = 0;
     f->quiet_s = 0;
     f->resting = false;
 }
@@ -228,27 +231,25 @@ void fv_fusion_add(struct fv_fusion *f, const double rate[3], const double acc[3
 {
     double since_s, now[3];
     if (!take(f, rate, acc, dt_s, &since_s)) return;
-    for (int i = 0; i < 3; i++) now[i] = rate[i] - f->bias[i];
-    if (!f->begun) {
-        memcpy(f->rate, now, sizeof now);
-    } else if (since_s > FV_RATE_GAP_S) {
-        f->counts.gaps++;
-        begin_anew(f);
-    } else {
-        /* A sample is the mean over the time since the one before, as a sensor's decimation makes it: no mean of two. */
-        fv_integrators[FV_INTEGRATE_EXACT].step(f->turned, now, now, since_s);
-    }
-    f->begun = true;
-    memcpy(f->rate, now, sizeof now);
-    fv_quat_multiply(f->tilt, f->turned, f->rotation);
+    bool gap = f->begun && since_s > FV_RATE_GAP_S;
     bool saturated = at_full(rate, f->settings.rate_full), falls = !(dot(acc, acc) >= FV_FUSION_FALL * FV_FUSION_FALL);
-    f->counts.saturated += saturated;
-    if (falls || at_full(acc, fmin(f->settings.acc_full, 1e6))) {
-        f->counts.no_down += !saturated;
+    bool no_down = falls || at_full(acc, fmin(f->settings.acc_full, 1e6));
+    for (int i = 0; i < 3; i++) now[i] = rate[i] - f->bias[i];
+    /* A sample is the mean over the time since the one before, as a sensor's decimation makes it: no mean of two. */
+    if (gap) begin_anew(f);
+    else if (f->begun) fv_integrators[FV_INTEGRATE_EXACT].step(f->turned, now, now, since_s);
+    else since_s = fmin(since_s, first_s);
+    memcpy(f->rate, now, sizeof now);
+    f->begun = true;
+    f->counts.gaps += gap;
+    f->counts.saturated += saturated && !gap;
+    f->counts.no_down += no_down && !saturated && !gap;
+    fv_quat_multiply(f->tilt, f->turned, f->rotation);
+    if (no_down) {
         f->quiet_s = 0;
         f->resting = false;
-    } else {
-        use_acceleration(f, rate, acc, saturated, fmin(since_s, FV_RATE_GAP_S));
+    } else if (!gap) { /* its time is no weight */
+        use_acceleration(f, rate, acc, saturated, since_s);
         fv_quat_multiply(f->tilt, f->turned, f->rotation);
     }
     fv_quat_normalise(f->rotation);

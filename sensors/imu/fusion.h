@@ -45,7 +45,7 @@ extern const struct fv_fusion_settings fv_fusion_usual;
  *   stuck      rate and acceleration the same to the bit for FV_FUSION_STUCK_S and 16 samples: no sensor is so
  *              quiet; dropped, the rotation is held until one differs
  *   gaps       more than FV_RATE_GAP_S since the last good one: the rotation is held, the accelerometer's mean
- *              begins anew
+ *              begins anew, with what it held as a quarter of a second of it
  *   saturated  a rate at full scale: integrated, for nothing better is known, but no bias is learnt from it
  *   no_down    acceleration not finite, at full scale, or in free fall (under FV_FUSION_FALL): it says nothing of
  *              where down is; the rate is integrated */

@@ -7,7 +7,7 @@ struct fv_lowpass_step fv_lowpass_step(struct fv_lowpass_clock *clock, double dt
     step.gain = 1 / (1 + step.g * (step.g + M_SQRT2));
     if (clock->seen_s < tau_s) {
         clock->seen_s += dt_s;
-        step.share = 1.0 / (double)++clock->samples;
+        step.share = dt_s / clock->seen_s;
     }
     return step;
 }

@@ -11,10 +11,9 @@
 
 #include <math.h>
 
-/* The time that the mean and the filter have seen; all zero: begins with the next sample. */
+/* The time that the mean has seen; 0: begins with the next sample. Set back, the mean goes on with that weight. */
 struct fv_lowpass_clock {
     double seen_s;
-    long samples;
 };
 
 /* One value. */

@@ -79,7 +79,7 @@ static void tilts_from_any_start(void **state)
         if (n == 1) truth[0] = truth[1] = truth[2] = 0, truth[3] = 1;
         at_rest(truth, acc);
         fv_fusion_begin(&fusion, NULL);
-        fv_fusion_add(&fusion, rate, acc, 0.001);
+        fv_fusion_add(&fusion, rate, acc, n % 2 ? 0.001 : 86400);
         if (!(tilt_error(fusion.rotation, truth) < 1e-5)) fail_msg("%d: %g", n, tilt_error(fusion.rotation, truth));
     }
 }
@@ -211,6 +211,26 @@ static void decides_insane_samples(void **state)
     }
 }
 
+/* After a gap, in which the head has tilted by 20 degrees, it finds down again within seconds; and a push just then
+ * does not turn the world. */
+static void finds_down_after_a_gap(void **state)
+{
+    (void)state;
+    double truth[4], acc[3];
+    fv_quat_from_vector((double[3]){20 * degree, 0, 0}, truth);
+    fv_fusion_begin(&fusion, NULL);
+    for (int i = 0; i < 5000; i++)
+        fv_fusion_add(&fusion, (double[3]){0, i % 2 * 1e-9, 0}, (double[3]){0, gravity, 0}, 0.001);
+    fv_fusion_add(&fusion, (double[3]){0, 0, 0}, (double[3]){5, gravity, 0}, 2);
+    fv_fusion_add(&fusion, (double[3]){0, 1e-9, 0}, (double[3]){5, gravity, 0}, 0.001);
+    assert_int_equal(fusion.counts.gaps, 1);
+    double turned = tilt_error(fusion.rotation, (double[4]){1, 0, 0, 0});
+    if (!(turned > 1e-3 && turned < 0.2)) fail_msg("%g degrees by one push", turned);
+    at_rest(truth, acc);
+    for (int i = 0; i < 20000; i++) fv_fusion_add(&fusion, (double[3]){0, i % 2 * 1e-9, 0}, acc, 0.001);
+    assert_true(tilt_error(fusion.rotation, truth) < 0.5);
+}
+
 /* The very same sample again and again: held after 0.1 s, no rate to predict by; the next that differs goes on. */
 static void holds_when_stuck(void **state)
 {
@@ -336,6 +356,7 @@ int main(void)
         cmocka_unit_test(pushes_average_out),   cmocka_unit_test(decides_insane_samples),
         cmocka_unit_test(holds_when_stuck),     cmocka_unit_test(saturates),
         cmocka_unit_test(predicts),             cmocka_unit_test(predicts_a_head),
+        cmocka_unit_test(finds_down_after_a_gap),
         cmocka_unit_test(survives_anything)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
