@@ -13,6 +13,7 @@ function(fv_fuzz name)
 endfunction()
 
 fv_fuzz(tape sensors)
+fv_fuzz(imu sensors)
 fv_fuzz(gltf rt)
 fv_fuzz(field rt)
 fv_fuzz(decisions cli)

@@ -1,6 +1,7 @@
 fv_test(unit png display)
 fv_test(unit y4m display)
 fv_test(unit sensors sensors)
+fv_test(unit imu_devices sensors)
 fv_test(unit tape sensors)
 fv_test(unit late_latch sensors)
 fv_test(unit decisions cli)
