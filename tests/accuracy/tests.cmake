@@ -1,2 +1,3 @@
 fv_test(accuracy reproject platform)
 fv_test(accuracy pyramid platform)
+fv_test(accuracy pupil sensors rt)
