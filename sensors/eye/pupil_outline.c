@@ -30,6 +30,8 @@ static const struct ramp share_ramp = {0.06, 0.16};
 static const struct ramp steady_ramp = {0.9, 2.2};
 /* Share of the contrast by which the outline's inner side is brighter than the middle. */
 static const struct ramp darkness_ramp = {1.0, 0.4};
+/* Share of the outline that lies in the frame: of less than that it is not known to close. */
+static const struct ramp framed_ramp = {0.6, 0.8};
 /* Other places that look as good, as many times the best: a reflected eye makes one, noise makes many. */
 static const struct ramp rivals_ramp = {3, 1};
 /* A circle seen from 73 and from 50 degrees. */
@@ -167,7 +169,7 @@ static double judge_greys(const struct fv_pupil_work *work, const double (*direc
     *inside = middle(inner, n);
     double lighter = *inside - fv_outline_rank(within, m, m / 16);
     double share = usual / fmax(middle(outer, n), 1);
-    return ramp(&contrast_ramp, usual) * ramp(&share_ramp, share) * ramp(&steady_ramp, steady) *
+    return ramp(&framed_ramp, (double)n / RAYS) * ramp(&contrast_ramp, usual) * ramp(&share_ramp, share) * ramp(&steady_ramp, steady) *
            ramp(&darkness_ramp, lighter / fmax(usual, 1e-3));
 }
 
