@@ -10,7 +10,7 @@
 static const double slope_least = 1.25, slope_most = 4;
 /* Of the pixels this share is taken as edgeless (skin, iris, background); Canny thresholds of published
  * detectors lie at 0.7 to 0.8. */
-static const double edgeless_share = 0.75;
+static const double edgeless_share = 0.8;
 
 /* One working row of scale 2, the usual one. */
 static void box_two(const uint8_t *restrict a, const uint8_t *restrict b, uint16_t *restrict out, int width)

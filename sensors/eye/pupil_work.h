@@ -14,7 +14,7 @@ enum { FV_PUPIL_SIDE = 320 };
 enum { FV_GREY = 16, FV_SLOPE = 32 };
 
 /* Bounds of the lists. Frames of noise alone would have more edges: then the strongest are kept. */
-enum { FV_EDGES_MAX = 10000, FV_ARCS_MAX = 1024, FV_SEEDS_MAX = 24 };
+enum { FV_EDGES_MAX = 10000, FV_ARCS_MAX = 1024, FV_SEEDS_MAX = 16 };
 
 /* Pixels at the border in which no gradients are. */
 enum { FV_PUPIL_BORDER = 3 };
