@@ -1,5 +1,5 @@
-/* gaze_events: see the header. Samples run through a ring: taken, then given a speed when the window around them is
- * full, then answered when what follows them is known. */
+/* gaze_events: see the header. Samples run through a ring: taken, then given a speed when the window around
+ * them is full, then answered when what follows them is known. */
 #include "sensors/eye/gaze_events.h"
 
 #include <math.h>
@@ -19,7 +19,8 @@ static const int64_t gap_ns = 100000000;
 
 #define AT(e, index) (&(e)->ring[(index) % FV_EVENT_RING])
 
-/* Least-squares slope over the samples within FV_EVENT_SLOPE_NS of the index-th; < 0 where too few are valid. */
+/* Least-squares slope over the samples within FV_EVENT_SLOPE_NS of the index-th; < 0 where too few are valid.
+ */
 static double speed_at(const struct fv_gaze_events *e, int64_t index)
 {
     double tt = 0, t1 = 0, tx = 0, ty = 0, x1 = 0, y1 = 0;
@@ -64,7 +65,8 @@ static bool begins(const struct fv_gaze_events *e, int64_t index)
     if (e->ever && from_ns - e->ended_ns < swing_ns) peak = fmax(peak, swing_share * e->peak);
     for (int64_t i = index; i < e->sloped; i++) {
         double speed = AT(e, i)->speed;
-        if (speed < edge_speed(e) || (i > index + 1 && AT(e, i)->t_ns - from_ns > FV_EVENT_AHEAD_NS)) return false;
+        if (speed < edge_speed(e) || (i > index + 1 && AT(e, i)->t_ns - from_ns > FV_EVENT_AHEAD_NS))
+            return false;
         if (speed >= peak) return true;
     }
     return false;
@@ -119,8 +121,8 @@ static enum fv_gaze_event tell(struct fv_gaze_events *e, int64_t index)
     return pursues(e, index) ? FV_EVENT_PURSUIT : FV_EVENT_FIXATION;
 }
 
-enum fv_gaze_event fv_gaze_events_add(struct fv_gaze_events *e, int64_t t_ns, double x_deg, double y_deg, bool valid,
-                                      int64_t *told_ns)
+enum fv_gaze_event fv_gaze_events_add(struct fv_gaze_events *e, int64_t t_ns, double x_deg, double y_deg,
+                                      bool valid, int64_t *told_ns)
 {
     enum fv_gaze_event event = FV_EVENT_NONE;
     if (e->added > 0) {
@@ -137,13 +139,13 @@ enum fv_gaze_event fv_gaze_events_add(struct fv_gaze_events *e, int64_t t_ns, do
     AT(e, e->added)->speed = -1;
     e->added++;
     /* A ring that is almost full is answered in any case. */
-    while (e->sloped < e->added - 1 && (t_ns - AT(e, e->sloped)->t_ns >= FV_EVENT_SLOPE_NS ||
-                                        e->added - e->sloped > FV_EVENT_RING / 4)) {
+    while (e->sloped < e->added - 1 &&
+           (t_ns - AT(e, e->sloped)->t_ns >= FV_EVENT_SLOPE_NS || e->added - e->sloped > FV_EVENT_RING / 4)) {
         AT(e, e->sloped)->speed = speed_at(e, e->sloped);
         e->sloped++;
     }
-    if (e->told < e->sloped - 1 &&
-        (t_ns - AT(e, e->told)->t_ns >= FV_EVENT_SLOPE_NS + FV_EVENT_AHEAD_NS || e->added - e->told > FV_EVENT_RING / 2)) {
+    if (e->told < e->sloped - 1 && (t_ns - AT(e, e->told)->t_ns >= FV_EVENT_SLOPE_NS + FV_EVENT_AHEAD_NS ||
+                                    e->added - e->told > FV_EVENT_RING / 2)) {
         *told_ns = AT(e, e->told)->t_ns;
         event = tell(e, e->told++);
     }

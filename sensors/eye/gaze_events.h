@@ -3,7 +3,8 @@
  *
  * Velocity thresholds with hysteresis (the class of Nystrom and Holmqvist 2010): a saccade is where the speed
  * passes a peak threshold; it begins and ends at a lower one. Both rise with the noise of the recording, as
- * measured between saccades. What is no saccade is pursuit where the eye goes one way, and fixation elsewhere. */
+ * measured between saccades. What is no saccade is pursuit where the eye goes one way, and fixation
+ * elsewhere. */
 #ifndef FV_SENSORS_GAZE_EVENTS_H
 #define FV_SENSORS_GAZE_EVENTS_H
 
@@ -34,9 +35,9 @@ struct fv_gaze_events {
     bool moving, ever;
 };
 
-/* Takes a sample: gaze in degrees right and up; valid false: the eye was lost. Returns the event of the newest
- * sample that can be told now, and its time; FV_EVENT_NONE while there is none. Samples whose time does not
- * grow, or which are not finite, count as lost ones or are left out: never fails. */
+/* Takes a sample: gaze in degrees right and up; valid false: the eye was lost. Returns the event of the
+ * newest sample that can be told now, and its time; FV_EVENT_NONE while there is none. Samples whose time
+ * does not grow, or which are not finite, count as lost ones or are left out: never fails. */
 enum fv_gaze_event fv_gaze_events_add(struct fv_gaze_events *events, int64_t t_ns, double x_deg, double y_deg,
                                       bool valid, int64_t *told_ns);
 

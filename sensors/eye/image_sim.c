@@ -1,4 +1,5 @@
-/* image_sim: draws the simulated eye pixel by pixel, then what lies on top of it: lashes, glints, lens and sensor. */
+/* image_sim: draws the simulated eye pixel by pixel, then what lies on top of it: lashes, glints, lens and
+ * sensor. */
 #include "sensors/eye/image_sim.h"
 #include "sensors/motion.h"
 #include "sensors/sensors.h"
@@ -6,10 +7,10 @@
 #include <math.h>
 #include <string.h>
 
-/* mm: middle of the eye to the pupil's plane and to the cornea's middle; radii; half the lids' width; how far they
- * open up and down. */
-static const double pupil_plane_mm = 9.8, cornea_middle_mm = 5.6, cornea_mm = 7.8, iris_mm = 6, glint_mm = 0.22,
-                    lids_mm = 15, upper_mm = 6.3, lower_mm = 5;
+/* mm: middle of the eye to the pupil's plane and to the cornea's middle; radii; half the lids' width; how far
+ * they open up and down. */
+static const double pupil_plane_mm = 9.8, cornea_middle_mm = 5.6, cornea_mm = 7.8, iris_mm = 6,
+                    glint_mm = 0.22, lids_mm = 15, upper_mm = 6.3, lower_mm = 5;
 /* Corneal normals further from the gaze than this are sclera, which mirrors nothing. */
 static const double cornea_cosine = 0.77;
 /* Levels of grey under infrared light. */
@@ -17,15 +18,7 @@ static const double pupil_grey = 24, iris_grey = 62, sclera_grey = 95, skin_grey
                     glint_grey = 250;
 enum { LASHES = 70, IRIS_RAYS = 48 };
 
-enum draw {
-    SKIN = 1000,
-    IRIS,
-    LASH_AT,
-    LASH_LENGTH,
-    LASH_LEAN,
-    LASH_BEND,
-    PUPIL_SIZE
-};
+enum draw { SKIN = 1000, IRIS, LASH_AT, LASH_LENGTH, LASH_LEAN, LASH_BEND, PUPIL_SIZE };
 
 /* What the loops need of camera and state. */
 struct scene {
@@ -40,9 +33,16 @@ struct scene {
 
 struct fv_eye_camera fv_eye_camera_usual(int width, int height, uint64_t seed)
 {
-    return (struct fv_eye_camera){.width = width, .height = height, .px_per_mm = 0.3 * width / (2 * iris_mm),
-                                  .x = 0.5 * (width - 1), .y = 0.55 * (height - 1), .leds = 6, .blurs = 1,
-                                  .noise = 2, .vignette = 0.4, .seed = seed};
+    return (struct fv_eye_camera){.width = width,
+                                  .height = height,
+                                  .px_per_mm = 0.3 * width / (2 * iris_mm),
+                                  .x = 0.5 * (width - 1),
+                                  .y = 0.55 * (height - 1),
+                                  .leds = 6,
+                                  .blurs = 1,
+                                  .noise = 2,
+                                  .vignette = 0.4,
+                                  .seed = seed};
 }
 
 void fv_eye_state_at(uint64_t seed, int eye, int64_t t_ns, struct fv_eye_state *state)
@@ -94,10 +94,12 @@ static void prepare(const struct fv_eye_camera *camera, const struct fv_eye_stat
     s->lower = -lower_mm + 0.3 * (s->middle[1] < 0 ? s->middle[1] : 0) + 0.8 * (1 - open);
     s->upper = s->lower + open * fmax(upper_mm + follow - s->lower, 2);
     s->soft_mm = 1.5 / camera->px_per_mm;
-    for (int i = 0; i < IRIS_RAYS; i++) s->ray[i] = (float)(16 * fv_motion_uniform(camera->seed, IRIS, i) - 8);
+    for (int i = 0; i < IRIS_RAYS; i++)
+        s->ray[i] = (float)(16 * fv_motion_uniform(camera->seed, IRIS, i) - 8);
     s->ray[IRIS_RAYS] = s->ray[0];
     for (int j = 0; j <= 16; j++)
-        for (int i = 0; i <= 16; i++) s->skin[j][i] = (float)(30 * fv_motion_uniform(camera->seed, SKIN, 17 * j + i) - 15);
+        for (int i = 0; i <= 16; i++)
+            s->skin[j][i] = (float)(30 * fv_motion_uniform(camera->seed, SKIN, 17 * j + i) - 15);
 }
 
 /* Height of the lid's edge at x, mm from the middle; both meet at the corners. */
@@ -152,7 +154,8 @@ static void draw_row(const struct scene *s, int row, uint8_t *out)
 }
 
 /* Draws towards `grey` at a place, over a pixel's width. */
-static void dot(const struct scene *s, uint8_t *pixels, ptrdiff_t stride, double x, double y, double grey, double share)
+static void dot(const struct scene *s, uint8_t *pixels, ptrdiff_t stride, double x, double y, double grey,
+                double share)
 {
     int left = (int)floor(x), top = (int)floor(y);
     for (int j = 0; j < 2; j++)
@@ -198,7 +201,8 @@ static void draw_glints(const struct scene *s, uint8_t *pixels, ptrdiff_t stride
         double x = cornea_middle_mm * g[0] + cornea_mm * n[0], y = cornea_middle_mm * g[1] + cornea_mm * n[1];
         if (n[0] * g[0] + n[1] * g[1] + n[2] * g[2] < cornea_cosine) continue;
         if (y > lid_at(s, s->upper, x) || y < lid_at(s, s->lower, x)) continue;
-        double px = x * c->px_per_mm + c->x, py = c->y - y * c->px_per_mm, radius = fmax(glint_mm * c->px_per_mm, 1);
+        double px = x * c->px_per_mm + c->x, py = c->y - y * c->px_per_mm,
+               radius = fmax(glint_mm * c->px_per_mm, 1);
         int reach = (int)fmin(radius + 3, 200);
         for (int j = -reach; j <= reach; j++)
             for (int k = -reach; k <= reach; k++) {
@@ -241,7 +245,8 @@ static void tell(const struct scene *s, struct fv_pupil *truth)
     int seen = 0;
     for (int i = 0; i < POINTS; i++) {
         double u = radius * cos(2 * M_PI * i / POINTS) * s->thin, v = radius * sin(2 * M_PI * i / POINTS);
-        double x = s->middle[0] + u * s->along[0] - v * s->along[1], y = s->middle[1] + u * s->along[1] + v * s->along[0];
+        double x = s->middle[0] + u * s->along[0] - v * s->along[1],
+               y = s->middle[1] + u * s->along[1] + v * s->along[0];
         seen += y < lid_at(s, s->upper, x) && y > lid_at(s, s->lower, x);
     }
     truth->x = c->x + s->middle[0] * c->px_per_mm;

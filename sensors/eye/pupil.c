@@ -69,8 +69,8 @@ size_t fv_pupil_scratch_bytes(int width, int height)
     return whole + 2 * 64 * (size_t)(width + height) + (size_t)15 * REGION_SIDE * (REGION_SIDE + 16);
 }
 
-static void search(const struct fv_eye_frame *frame, const struct fv_pupil_limits *limits, int side, void *scratch,
-                   struct fv_pupil *pupil)
+static void search(const struct fv_eye_frame *frame, const struct fv_pupil_limits *limits, int side,
+                   void *scratch, struct fv_pupil *pupil)
 {
     struct fv_pupil_work work;
     memset(pupil, 0, sizeof *pupil);
@@ -92,7 +92,8 @@ static bool follow(const struct fv_eye_frame *frame, const struct fv_pupil *last
 {
     double half = fmax(region_share * last->major, REGION_LEAST);
     int left = (int)fmax(last->x - half, 0), top = (int)fmax(last->y - half, 0);
-    int right = (int)fmin(last->x + half + 1, frame->width), bottom = (int)fmin(last->y + half + 1, frame->height);
+    int right = (int)fmin(last->x + half + 1, frame->width),
+        bottom = (int)fmin(last->y + half + 1, frame->height);
     if (left >= right || top >= bottom) return false;
     struct fv_eye_frame region = {frame->pixels + top * frame->stride + left, right - left, bottom - top,
                                   frame->stride};

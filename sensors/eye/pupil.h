@@ -33,7 +33,7 @@ struct fv_pupil {
     double x, y;         /* centre */
     double major, minor; /* whole axes, major >= minor */
     double angle;        /* of the major axis, from x towards y, radians in (-pi/2, pi/2] */
-    double confidence;   /* [0, 1]; of the best ellipse there is, found or not; 0: there is none, all else 0 */
+    double confidence; /* [0, 1]; of the best ellipse there is, found or not; 0: there is none, all else 0 */
 };
 
 /* From here on an ellipse is called a pupil; how confidence is made up: pupil_outline.c. */

@@ -20,8 +20,8 @@ static const float turn_least = 0.5f;
 /* Seeds closer than this share of their radii are the same one. */
 static const float same_share = 0.2f;
 
-/* The neighbours that can lie ahead of an edge, by the sixteenth of the circle that its way points into: those of
- * the 8 first, then those of the 16 around them. */
+/* The neighbours that can lie ahead of an edge, by the sixteenth of the circle that its way points into:
+ * those of the 8 first, then those of the 16 around them. */
 enum { SIXTEENTHS = 16, AHEAD = 3 + 8 };
 struct ahead {
     int near, count;
@@ -50,7 +50,8 @@ static void neighbours_ahead(int row, struct ahead table[SIXTEENTHS])
             for (int dy = -reach; dy <= reach; dy++)
                 for (int dx = -reach; dx <= reach; dx++) {
                     float far = hypotf((float)dx, (float)dy);
-                    if ((abs(dx) < reach && abs(dy) < reach) || (float)dx * tx + (float)dy * ty < least * far) continue;
+                    if ((abs(dx) < reach && abs(dy) < reach) || (float)dx * tx + (float)dy * ty < least * far)
+                        continue;
                     a->step[a->count].offset = dy * row + dx;
                     a->step[a->count].x = (float)dx;
                     a->step[a->count].y = (float)dy;
@@ -113,7 +114,8 @@ static bool circle_through(const struct fv_pupil_work *work, const struct fv_arc
     }
     float determinant = xx * yy - xy * xy, trace = xx + yy;
     if (!(determinant > 0.003f * trace * trace)) return false;
-    float x = origin->x + (yy * rx - xy * ry) / determinant, y = origin->y + (xx * ry - xy * rx) / determinant;
+    float x = origin->x + (yy * rx - xy * ry) / determinant,
+          y = origin->y + (xx * ry - xy * rx) / determinant;
     float radius = 0, outward = 0;
     int n = 0;
     for (int i = 0; i < arc->count; i += step, n++) {
@@ -145,7 +147,8 @@ static void add_seed(struct fv_pupil_work *work, const struct fv_seed *seed)
         work->seeds = kept + 1;
         return;
     }
-    for (at = kept; at > 0 && work->seed[at - 1].worth < seed->worth; at--) work->seed[at] = work->seed[at - 1];
+    for (at = kept; at > 0 && work->seed[at - 1].worth < seed->worth; at--)
+        work->seed[at] = work->seed[at - 1];
     work->seed[at] = *seed;
     work->seeds = kept + 1;
 }
@@ -178,8 +181,7 @@ static void cut(struct fv_pupil_work *work, int first, int end)
             end_arc(work, begun, i + TURN / 2, turn);
             begun = i + TURN / 2;
             turn = 0;
-        } else if (i >= begun)
-            turn += sine / TURN * (1 + 0.17f * sine * sine); /* arcsine */
+        } else if (i >= begun) turn += sine / TURN * (1 + 0.17f * sine * sine); /* arcsine */
     }
     end_arc(work, begun, end, turn);
 }

@@ -43,8 +43,7 @@ static void box(const struct fv_eye_frame *frame, struct fv_pupil_work *work)
         if (work->scale == 2) {
             const uint8_t *from = frame->pixels + (ptrdiff_t)(2 * y) * frame->stride;
             box_two(from, from + frame->stride, out, work->width);
-        } else
-            box_any(frame, y, work, out);
+        } else box_any(frame, y, work, out);
     }
 }
 
@@ -58,7 +57,9 @@ static void smooth_across(const uint16_t *restrict in, uint16_t *restrict out, i
 static void smooth_down(const uint16_t *restrict in, int row, uint16_t *restrict out, int width)
 {
     for (int x = 2; x < width - 2; x++)
-        out[x] = (uint16_t)(in[x - 2 * row] + 4 * in[x - row] + 6 * in[x] + 4 * in[x + row] + in[x + 2 * row]) >> 4;
+        out[x] =
+            (uint16_t)(in[x - 2 * row] + 4 * in[x - row] + 6 * in[x] + 4 * in[x + row] + in[x + 2 * row]) >>
+            4;
 }
 
 /* Central differences, and their length as the greater one + 3/8 of the lesser. */

@@ -185,7 +185,8 @@ double fv_ellipse_distance(const struct fv_ellipse *e, double x, double y)
     return slope > 1e-12 ? (u * u + v * v - 1) / slope : -e->b;
 }
 
-void fv_ellipse_outline(const struct fv_ellipse *e, double cosine, double sine, double at[2], double normal[2])
+void fv_ellipse_outline(const struct fv_ellipse *e, double cosine, double sine, double at[2],
+                        double normal[2])
 {
     double u = e->a * cosine, v = e->b * sine;
     double nu = e->b * cosine, nv = e->a * sine, length = sqrt(nu * nu + nv * nv);
@@ -225,7 +226,8 @@ static double usual_distance(const struct fv_outline_point *point, int n, const 
     return used ? fv_outline_rank(off, used, 3 * used / 5) : 0;
 }
 
-bool fv_ellipse_fit_parts(const struct fv_outline_point *point, int n, double near, struct fv_ellipse *ellipse)
+bool fv_ellipse_fit_parts(const struct fv_outline_point *point, int n, double near,
+                          struct fv_ellipse *ellipse)
 {
     enum { PARTS = 12 };
     struct fv_outline_point part[FV_OUTLINE_POINTS];

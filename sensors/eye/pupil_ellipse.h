@@ -17,18 +17,19 @@ struct fv_outline_point {
 /* Points that a fit takes at most. */
 enum { FV_OUTLINE_POINTS = 128 };
 
-/* The ellipse of least algebraic distance (Fitzgibbon, Pilu and Fisher 1999, in the numerically stable form of
- * Halir and Flusser 1998), of points normalised to their mean and spread. False where fewer than 6 points
+/* The ellipse of least algebraic distance (Fitzgibbon, Pilu and Fisher 1999, in the numerically stable form
+ * of Halir and Flusser 1998), of points normalised to their mean and spread. False where fewer than 6 points
  * weigh anything or they lie on no ellipse (a line, a point, a parabola). */
 bool fv_ellipse_fit(const struct fv_outline_point *point, int n, struct fv_ellipse *ellipse);
 
-/* An ellipse that fits most of the points, in order around it: fv_ellipse_fit of all, or, where 2 in 5 of them lie
- * further off than `near`, of those without one of 12 thirds: the one of the least such distance (as least median
- * of squares, Rousseeuw 1984). A lid cuts pupils along a chord, which is such a part. */
-bool fv_ellipse_fit_parts(const struct fv_outline_point *point, int n, double near, struct fv_ellipse *ellipse);
+/* An ellipse that fits most of the points, in order around it: fv_ellipse_fit of all, or, where 2 in 5 of
+ * them lie further off than `near`, of those without one of 12 thirds: the one of the least such distance (as
+ * least median of squares, Rousseeuw 1984). A lid cuts pupils along a chord, which is such a part. */
+bool fv_ellipse_fit_parts(const struct fv_outline_point *point, int n, double near,
+                          struct fv_ellipse *ellipse);
 
-/* Fits twice, each time without the points that lie further off `ellipse` than 2.5 times what is usual (by the
- * median of distances) and than `near`; their weights become 0. */
+/* Fits twice, each time without the points that lie further off `ellipse` than 2.5 times what is usual (by
+ * the median of distances) and than `near`; their weights become 0. */
 bool fv_ellipse_trim(struct fv_outline_point *point, int n, double near, struct fv_ellipse *ellipse);
 
 /* fv_ellipse_fit, then fv_ellipse_trim. */
@@ -37,7 +38,8 @@ bool fv_ellipse_fit_robust(struct fv_outline_point *point, int n, double near, s
 /* Distance of a point from the outline, first order (Sampson 1982); < 0 inside. */
 double fv_ellipse_distance(const struct fv_ellipse *ellipse, double x, double y);
 
-/* The outline's point at parameter angle (cosine, sine) in the ellipse's own axes, with its outward unit normal. */
+/* The outline's point at parameter angle (cosine, sine) in the ellipse's own axes, with its outward unit
+ * normal. */
 void fv_ellipse_outline(const struct fv_ellipse *ellipse, double cosine, double sine, double at[2],
                         double normal[2]);
 

@@ -22,7 +22,8 @@ struct ramp {
 };
 /* A pupil whose upper third is behind a lid keeps 0.6; 5 free parameters fitted to noise win up to 0.3. */
 static const struct ramp support_ramp = {0.25, 0.6};
-/* Cameras have noise of 2 levels, of which the mean over an outline leaves a tenth; dark brown eyes have 10. */
+/* Cameras have noise of 2 levels, of which the mean over an outline leaves a tenth; dark brown eyes have 10.
+ */
 static const struct ramp contrast_ramp = {2, 8};
 /* Contrast as a share of what is around: no iris or skin reflects less than a tenth more than the pupil. */
 static const struct ramp share_ramp = {0.06, 0.16};
@@ -58,10 +59,11 @@ static void directions(double (*direction)[2], int n)
 
 /* The working image's slope along a ray, at steps -reach - 1 to reach + 1; 0 where the gradient points
  * aside (`straight`: least squared cosine of the angle), and off the image. */
-static void slopes_along(const struct fv_pupil_work *work, const float at[2], const float normal[2], int reach,
-                         float straight, float *slope)
+static void slopes_along(const struct fv_pupil_work *work, const float at[2], const float normal[2],
+                         int reach, float straight, float *slope)
 {
-    float x0 = at[0] - (float)(reach + 1) * normal[0] + 0.5f, y0 = at[1] - (float)(reach + 1) * normal[1] + 0.5f;
+    float x0 = at[0] - (float)(reach + 1) * normal[0] + 0.5f,
+          y0 = at[1] - (float)(reach + 1) * normal[1] + 0.5f;
     for (int i = 0; i < 2 * reach + 3; i++) {
         float fx = x0 + (float)i * normal[0], fy = y0 + (float)i * normal[1];
         slope[i] = 0;
@@ -79,7 +81,8 @@ enum { CLIMB_MAX = 16 };
 static bool climb(const struct fv_pupil_work *work, const double at[2], const double normal[2], int reach,
                   float straight, double *offset)
 {
-    float slope[2 * CLIMB_MAX + 3], best = 0, least = 0.8f * (float)work->threshold, farther = 0.5f / (float)reach;
+    float slope[2 * CLIMB_MAX + 3], best = 0, least = 0.8f * (float)work->threshold,
+                                    farther = 0.5f / (float)reach;
     float start[2] = {(float)at[0], (float)at[1]}, ahead[2] = {(float)normal[0], (float)normal[1]};
     int where = 0;
     slopes_along(work, start, ahead, reach, straight, slope);
@@ -125,7 +128,8 @@ static bool grow(const struct fv_pupil_work *work, const double (*direction)[2],
     double near = fmax(fmin(1, 0.12 * ellipse->b), 0.06 * ellipse->b);
     for (int i = 0; i < found; i++) kept += fabs(fv_ellipse_distance(ellipse, point[i].x, point[i].y)) < near;
     *support = (double)(kept * round->stride) / RAYS;
-    return *support >= round->enough && ellipse->a <= 1.15 * work->most && ellipse->a >= 0.85 * work->least && ellipse->b > 0.25 * ellipse->a;
+    return *support >= round->enough && ellipse->a <= 1.15 * work->most && ellipse->a >= 0.85 * work->least &&
+           ellipse->b > 0.25 * ellipse->a;
 }
 
 static double grey_at(const struct fv_pupil_work *work, double x, double y)
@@ -169,12 +173,12 @@ static double judge_greys(const struct fv_pupil_work *work, const double (*direc
     *inside = middle(inner, n);
     double lighter = *inside - fv_outline_rank(within, m, m / 16);
     double share = usual / fmax(middle(outer, n), 1);
-    return ramp(&framed_ramp, (double)n / RAYS) * ramp(&contrast_ramp, usual) * ramp(&share_ramp, share) * ramp(&steady_ramp, steady) *
-           ramp(&darkness_ramp, lighter / fmax(usual, 1e-3));
+    return ramp(&framed_ramp, (double)n / RAYS) * ramp(&contrast_ramp, usual) * ramp(&share_ramp, share) *
+           ramp(&steady_ramp, steady) * ramp(&darkness_ramp, lighter / fmax(usual, 1e-3));
 }
 
-static void judge_seed(const struct fv_pupil_work *work, const double (*direction)[2], const struct fv_seed *seed,
-                       struct judged *judged)
+static void judge_seed(const struct fv_pupil_work *work, const double (*direction)[2],
+                       const struct fv_seed *seed, struct judged *judged)
 {
     struct fv_ellipse e = {seed->x, seed->y, seed->radius, seed->radius, 1, 0};
     double support = 0;
@@ -191,7 +195,8 @@ static void judge_seed(const struct fv_pupil_work *work, const double (*directio
 static bool lies_inside(const struct judged *a, const struct judged *b)
 {
     double apart = hypot(a->ellipse.x - b->ellipse.x, a->ellipse.y - b->ellipse.y);
-    return apart + b->ellipse.a < 1.1 * a->ellipse.a && b->ellipse.a < 0.8 * a->ellipse.a && b->inside < a->inside - 1;
+    return apart + b->ellipse.a < 1.1 * a->ellipse.a && b->ellipse.a < 0.8 * a->ellipse.a &&
+           b->inside < a->inside - 1;
 }
 
 /* The best ellipse; of two around each other the inner one, if it is at least half as good. */
@@ -237,7 +242,8 @@ static double frame_at(const struct fv_eye_frame *frame, double x, double y)
     int i = (int)x, j = (int)y;
     double u = x - i, v = y - j;
     const uint8_t *p = frame->pixels + j * frame->stride + i;
-    return (1 - v) * ((1 - u) * p[0] + u * p[1]) + v * ((1 - u) * p[frame->stride] + u * p[frame->stride + 1]);
+    return (1 - v) * ((1 - u) * p[0] + u * p[1]) +
+           v * ((1 - u) * p[frame->stride] + u * p[frame->stride + 1]);
 }
 
 /* What a ray of the frame sees: where its step from dark to bright is, and the means on both sides. */
@@ -277,10 +283,12 @@ static struct step step_along(const struct fv_eye_frame *frame, const double at[
 
 /* Whether the working image climbs straight outwards at a place of the frame: along a lid's or a lash's edge,
  * or a glint's, it does not. */
-static bool straight_at(const struct fv_pupil_work *work, const struct fv_outline_point *p, const double normal[2])
+static bool straight_at(const struct fv_pupil_work *work, const struct fv_outline_point *p,
+                        const double normal[2])
 {
     double scale = work->scale;
-    int x = (int)((p->x - 0.5 * (scale - 1)) / scale + 0.5), y = (int)((p->y - 0.5 * (scale - 1)) / scale + 0.5);
+    int x = (int)((p->x - 0.5 * (scale - 1)) / scale + 0.5),
+        y = (int)((p->y - 0.5 * (scale - 1)) / scale + 0.5);
     if (x < 0 || y < 0 || x >= work->width || y >= work->height) return false;
     int at = y * work->row + x;
     double gx = work->gx[at], gy = work->gy[at], along = gx * normal[0] + gy * normal[1];
@@ -300,7 +308,8 @@ static bool refine(const struct fv_eye_frame *frame, const struct fv_pupil_work 
         fv_ellipse_outline(ellipse, direction[i][0], direction[i][1], at, normal);
         struct step step = step_along(frame, at, normal, length, reach, side);
         if (!step.seen) continue;
-        point[n] = (struct fv_outline_point){at[0] + step.offset * normal[0], at[1] + step.offset * normal[1], 1};
+        point[n] =
+            (struct fv_outline_point){at[0] + step.offset * normal[0], at[1] + step.offset * normal[1], 1};
         if (straight_at(work, &point[n], normal)) contrast[n++] = step.outer - step.inner;
     }
     if (n < FINE_RAYS / 4) return false;
@@ -310,7 +319,8 @@ static bool refine(const struct fv_eye_frame *frame, const struct fv_pupil_work 
     for (int i = 0; i < n; i++)
         if (contrast[i] < 0.4 * usual || contrast[i] > 2.5 * usual) point[i].weight = 0;
     double small = fmax(0.5, 0.25 * scale);
-    if (!fv_ellipse_fit_parts(point, n, small, ellipse) || !fv_ellipse_trim(point, n, small, ellipse)) return false;
+    if (!fv_ellipse_fit_parts(point, n, small, ellipse) || !fv_ellipse_trim(point, n, small, ellipse))
+        return false;
     double near = fmax(fmin(0.75 * scale, 0.1 * ellipse->b), 0.05 * ellipse->b);
     for (int i = 0; i < n; i++)
         kept += contrast[i] >= 0.4 * usual && contrast[i] <= 2.5 * usual &&

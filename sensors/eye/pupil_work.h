@@ -10,7 +10,8 @@
  * lie, and the widest ones' edges are still thin after smoothing. */
 enum { FV_PUPIL_SIDE = 320 };
 
-/* Values of the working image: 16 for each level of grey. Gradients, over two pixels: 32 for a level a pixel. */
+/* Values of the working image: 16 for each level of grey. Gradients, over two pixels: 32 for a level a pixel.
+ */
 enum { FV_GREY = 16, FV_SLOPE = 32 };
 
 /* Bounds of the lists. Frames of noise alone would have more edges: then the strongest are kept. */
@@ -25,7 +26,7 @@ struct fv_edge {
     int16_t column, row; /* the pixel */
     uint16_t next;       /* the edge ahead, dark on the right; FV_NO_EDGE: none */
     uint16_t before;
-    float link;          /* how well `before` fits, while they are linked */
+    float link; /* how well `before` fits, while they are linked */
 };
 #define FV_NO_EDGE UINT16_MAX
 

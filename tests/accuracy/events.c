@@ -1,5 +1,5 @@
-/* events: the online classification of gaze against two human coders, sample by sample: Cohen's kappa of saccades
- * (Cohen 1960), by kind of stimulus, beside that of the coders with each other. */
+/* events: the online classification of gaze against two human coders, sample by sample: Cohen's kappa of
+ * saccades (Cohen 1960), by kind of stimulus, beside that of the coders with each other. */
 #include "sensors/eye/gaze_events.h"
 
 #include "tests/support/program.h"
@@ -21,7 +21,8 @@ struct agreement {
 static double kappa(const struct agreement *a)
 {
     double n = a->both + a->first + a->second + a->neither, same = (a->both + a->neither) / n;
-    double yes = (a->both + a->first) * (a->both + a->second), no = (a->neither + a->first) * (a->neither + a->second);
+    double yes = (a->both + a->first) * (a->both + a->second),
+           no = (a->neither + a->first) * (a->neither + a->second);
     double chance = (yes + no) / (n * n);
     return chance < 1 ? (same - chance) / (1 - chance) : 1;
 }
@@ -46,15 +47,16 @@ static void add_recording(struct kind *kind, const char *path)
     int n = 0, told = 0;
     FILE *f = fopen(path, "r");
     if (!f || !fgets(line, sizeof line, f)) fail_msg("%s: cannot be read", path);
-    if (sscanf(line, "# fs=%lf screen_px=%lfx%lf screen_m=%lfx%lf view_m=%lf deg_per_px=%lf", &rate, &width, &height, &screen[0],
-               &screen[1], &screen[2], &deg_per_px) != 7)
+    if (sscanf(line, "# fs=%lf screen_px=%lfx%lf screen_m=%lfx%lf view_m=%lf deg_per_px=%lf", &rate, &width,
+               &height, &screen[0], &screen[1], &screen[2], &deg_per_px) != 7)
         fail_msg("%s: %s", path, line);
     while (n < SAMPLES && fgets(line, sizeof line, f)) {
         int64_t told_ns;
         if (sscanf(line, "%lf,%lf,%lf,%d,%d", &t, &x, &y, &coded[n][0], &coded[n][1]) != 5) continue;
         bool valid = !(x == 0 && y == 0) && isfinite(x + y);
-        enum fv_gaze_event event = fv_gaze_events_add(&events, llround(n * 1e9 / rate), (x - 0.5 * width) * deg_per_px,
-                                                      -(y - 0.5 * height) * deg_per_px, valid, &told_ns);
+        enum fv_gaze_event event =
+            fv_gaze_events_add(&events, llround(n * 1e9 / rate), (x - 0.5 * width) * deg_per_px,
+                               -(y - 0.5 * height) * deg_per_px, valid, &told_ns);
         n++;
         if (event == FV_EVENT_NONE) continue;
         told = (int)llround((double)told_ns * rate * 1e-9);
@@ -89,9 +91,9 @@ static void recordings(void **state)
     print_message("\nkappa with the coders   saccade         humans   pursuit         blink\n");
     for (unsigned i = 0; i < 3; i++) {
         struct kind *k = &kinds[i];
-        print_message("%-8s %2d recordings  %.3f  %.3f   %.3f    %.3f  %.3f    %.3f  %.3f\n", k->prefix, k->recordings,
-                      kappa(&k->saccade[0]), kappa(&k->saccade[1]), kappa(&k->humans), kappa(&k->pursuit[0]),
-                      kappa(&k->pursuit[1]), kappa(&k->blink[0]), kappa(&k->blink[1]));
+        print_message("%-8s %2d recordings  %.3f  %.3f   %.3f    %.3f  %.3f    %.3f  %.3f\n", k->prefix,
+                      k->recordings, kappa(&k->saccade[0]), kappa(&k->saccade[1]), kappa(&k->humans),
+                      kappa(&k->pursuit[0]), kappa(&k->pursuit[1]), kappa(&k->blink[0]), kappa(&k->blink[1]));
     }
     for (unsigned i = 0; i < 3; i++)
         for (int c = 0; c < CODERS; c++)

@@ -1,10 +1,10 @@
-/* pupil: the search against labelled frames of real eyes, each frame by itself (no following): how far off, how
- * long it takes, and how often a frame without a pupil is taken for one with. Printed as a table; frames by
- * number even and odd apart, which would differ if a threshold held for single frames only.
+/* pupil: the search against labelled frames of real eyes, each frame by itself (no following): how far off,
+ * how long it takes, and how often a frame without a pupil is taken for one with. Printed as a table; frames
+ * by number even and odd apart, which would differ if a threshold held for single frames only.
  *
- * Frames without a pupil: those whose mask has none; the others with lids drawn over the opening, with the pupil
- * filled by the iris around it, cut to what is above, below, left and right of opening or pupil; and noise of many
- * kinds. What makes a "none": fv_pupil.found, the confidence's own documented threshold. */
+ * Frames without a pupil: those whose mask has none; the others with lids drawn over the opening, with the
+ * pupil filled by the iris around it, cut to what is above, below, left and right of opening or pupil; and
+ * noise of many kinds. What makes a "none": fv_pupil.found, the confidence's own documented threshold. */
 #include "sensors/eye/pupil.h"
 
 #include "rt/measure/rank.h"
@@ -101,9 +101,13 @@ static void openeds(void **state)
     (void)state;
     static struct eye_label label[FRAMES];
     static double ms[FRAMES];
-    static struct tally all = {.name = "openeds2020"}, half[2] = {{.name = "  even numbers"}, {.name = "  odd numbers"}};
-    static struct tally none[] = {{.name = "no pupil in the mask"}, {.name = "lids drawn over"}, {.name = "pupil filled with iris"},
-                                  {.name = "crops without the pupil"}, {.name = "noise"}};
+    static struct tally all = {.name = "openeds2020"},
+                        half[2] = {{.name = "  even numbers"}, {.name = "  odd numbers"}};
+    static struct tally none[] = {{.name = "no pupil in the mask"},
+                                  {.name = "lids drawn over"},
+                                  {.name = "pupil filled with iris"},
+                                  {.name = "crops without the pupil"},
+                                  {.name = "noise"}};
     if (!fv_file_exists(EYE_FRAMES "/openeds2020")) {
         print_message("no frames in %s: skipped\n", EYE_FRAMES);
         skip();
@@ -140,7 +144,8 @@ static void openeds(void **state)
     for (int i = 0; i < 2; i++) print(&half[i]);
     fv_rank_sort(ms, timed);
     double median_ms = fv_rank_percentile(ms, timed, 50), most_ms = fv_rank_percentile(ms, timed, 99);
-    print_message("ms a frame, whole search, median %.2f, p99 %.2f\n\nframes without one           number  called none\n",
+    print_message("ms a frame, whole search, median %.2f, p99 %.2f\n\nframes without one           number  "
+                  "called none\n",
                   median_ms, most_ms);
     for (unsigned i = 0; i < sizeof none / sizeof *none; i++) {
         print_message("%-28s %5d   %5.1f %%\n", none[i].name, none[i].frames, percent(&none[i]));

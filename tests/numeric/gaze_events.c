@@ -1,5 +1,5 @@
-/* gaze_events: made-up gaze of which every event is known, at several rates; and streams that are no gaze: NaN,
- * times that stand still, run backwards, or jump. */
+/* gaze_events: made-up gaze of which every event is known, at several rates; and streams that are no gaze:
+ * NaN, times that stand still, run backwards, or jump. */
 #include "sensors/eye/gaze_events.h"
 #include "sensors/motion.h"
 #include "tests/support/program.h"
@@ -9,8 +9,8 @@
 
 #define COUNT(table) (sizeof table / sizeof table[0])
 
-/* Two seconds: fixation; a saccade of 10 degrees in 43 ms at 0.5 s; fixation; pursuit at 15 degrees a second from
- * 1 to 1.6 s; a blink until 1.8 s; fixation. */
+/* Two seconds: fixation; a saccade of 10 degrees in 43 ms at 0.5 s; fixation; pursuit at 15 degrees a second
+ * from 1 to 1.6 s; a blink until 1.8 s; fixation. */
 static enum fv_gaze_event made_up(double t, double out[2], bool *valid)
 {
     double pursued = fmin(fmax(t - 1, 0), 0.6) * 15, s = (t - 0.5) / 0.043;
@@ -27,7 +27,8 @@ static void known_events(void **state)
     (void)state;
     static const struct {
         double hz, noise_deg, least;
-    } table[] = {{90, 0.02, 0.9}, {120, 0.03, 0.92}, {250, 0.03, 0.93}, {500, 0.02, 0.93}, {1000, 0.01, 0.93}, {2000, 0.005, 0.9}};
+    } table[] = {{90, 0.02, 0.9},   {120, 0.03, 0.92},  {250, 0.03, 0.93},
+                 {500, 0.02, 0.93}, {1000, 0.01, 0.93}, {2000, 0.005, 0.9}};
     for (unsigned i = 0; i < COUNT(table); i++) {
         struct fv_gaze_events events = {0};
         uint64_t seed = i;
@@ -63,10 +64,12 @@ static void no_gaze_at_all(void **state)
     int64_t t_ns = -1000000000, told_ns;
     for (int i = 0; i < 200000; i++) {
         static const double odd[] = {NAN, INFINITY, -INFINITY, 1e300, -1e300, 0, 9999};
-        static const int64_t steps[] = {0, -5000000, 1, 2000000, 2000000, 2000000, 2000000, 90000000, 1000000000, INT64_C(1) << 40};
-        double x = random_bits(&seed) % 3 ? random_between(&seed, -20, 20) : odd[random_bits(&seed) % COUNT(odd)];
-        enum fv_gaze_event e =
-            fv_gaze_events_add(&events, t_ns += steps[random_bits(&seed) % COUNT(steps)], x, x, random_bits(&seed) % 9 != 0, &told_ns);
+        static const int64_t steps[] = {0,       -5000000, 1,        2000000,    2000000,
+                                        2000000, 2000000,  90000000, 1000000000, INT64_C(1) << 40};
+        double x =
+            random_bits(&seed) % 3 ? random_between(&seed, -20, 20) : odd[random_bits(&seed) % COUNT(odd)];
+        enum fv_gaze_event e = fv_gaze_events_add(&events, t_ns += steps[random_bits(&seed) % COUNT(steps)],
+                                                  x, x, random_bits(&seed) % 9 != 0, &told_ns);
         assert_true(e >= FV_EVENT_NONE && e <= FV_EVENT_BLINK);
         assert_true(isfinite(events.noise) && isfinite(events.way[0] + events.way[1] + events.way[2]));
         assert_true(events.told <= events.sloped && events.sloped <= events.added);
@@ -95,8 +98,11 @@ static void noise_alone(void **state)
         int saccades = 0;
         int64_t told_ns;
         for (int i = 0; i < 5000; i++) {
-            double x = 0.1 * level * random_between(&seed, -1, 1), y = 0.1 * level * random_between(&seed, -1, 1);
-            saccades += fv_gaze_events_add(&events, i * INT64_C(2000000), x, y, true, &told_ns) == FV_EVENT_SACCADE && i > 1000;
+            double x = 0.1 * level * random_between(&seed, -1, 1),
+                   y = 0.1 * level * random_between(&seed, -1, 1);
+            saccades +=
+                fv_gaze_events_add(&events, i * INT64_C(2000000), x, y, true, &told_ns) == FV_EVENT_SACCADE &&
+                i > 1000;
         }
         if (saccades > 20) fail_msg("level %d: %d samples of saccades", level, saccades);
     }

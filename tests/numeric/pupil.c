@@ -1,5 +1,6 @@
 /* pupil: drawn frames of which the ellipse is known, and frames that no eye is in: black, white, saturated,
- * noise, two pupils, a single pixel, 4096x4096; ellipses through exact, few, coinciding and straight points. */
+ * noise, two pupils, a single pixel, 4096x4096; ellipses through exact, few, coinciding and straight points.
+ */
 #include "sensors/eye/pupil_ellipse.h"
 #include "sensors/eye/pupil.h"
 #include "tests/support/program.h"
@@ -47,7 +48,8 @@ static void add_noise(struct drawn *d, double deviation, uint64_t seed)
 
 static void sane(const struct fv_pupil *p)
 {
-    assert_true(isfinite(p->x) && isfinite(p->y) && isfinite(p->major) && isfinite(p->minor) && isfinite(p->angle));
+    assert_true(isfinite(p->x) && isfinite(p->y) && isfinite(p->major) && isfinite(p->minor) &&
+                isfinite(p->angle));
     assert_true(p->confidence >= 0 && p->confidence <= 1);
     assert_true(p->found == (p->confidence >= FV_PUPIL_CONFIDENT));
     assert_true(p->major >= p->minor && p->minor >= 0);
@@ -80,9 +82,9 @@ static void drawn_ellipses_are_found(void **state)
         int width, height;
         double major, minor, centre_px, axis_px;
     } table[] = {
-        {640, 400, 22, 20, 0.15, 0.6},   {640, 400, 56, 50, 0.1, 0.4},    {640, 480, 110, 90, 0.1, 0.5},
-        {640, 400, 160, 130, 0.1, 0.6},  {320, 240, 30, 24, 0.1, 0.4},    {192, 192, 40, 34, 0.1, 0.4},
-        {400, 400, 60, 40, 0.1, 0.5},    {1280, 720, 100, 80, 0.15, 0.6}, {1920, 1080, 120, 100, 0.25, 1},
+        {640, 400, 22, 20, 0.15, 0.6},  {640, 400, 56, 50, 0.1, 0.4},    {640, 480, 110, 90, 0.1, 0.5},
+        {640, 400, 160, 130, 0.1, 0.6}, {320, 240, 30, 24, 0.1, 0.4},    {192, 192, 40, 34, 0.1, 0.4},
+        {400, 400, 60, 40, 0.1, 0.5},   {1280, 720, 100, 80, 0.15, 0.6}, {1920, 1080, 120, 100, 0.25, 1},
         {2048, 2048, 300, 280, 0.3, 1},
     };
     uint64_t seed = 1;
@@ -90,16 +92,21 @@ static void drawn_ellipses_are_found(void **state)
         for (int turn = 0; turn < 4; turn++) {
             double angle = -1.2 + 0.7 * turn;
             struct drawn d = blank(table[i].width, table[i].height, table[i].width, 90);
-            struct fv_ellipse e = {d.width * random_between(&seed, 0.4, 0.6), d.height * random_between(&seed, 0.4, 0.6),
-                                   0.5 * table[i].major, 0.5 * table[i].minor, cos(angle), sin(angle)};
+            struct fv_ellipse e = {d.width * random_between(&seed, 0.4, 0.6),
+                                   d.height * random_between(&seed, 0.4, 0.6),
+                                   0.5 * table[i].major,
+                                   0.5 * table[i].minor,
+                                   cos(angle),
+                                   sin(angle)};
             draw(&d, &e, 20, 3);
             struct fv_pupil p = find(&d, NULL);
             if (!p.found || hypot(p.x - e.x, p.y - e.y) > table[i].centre_px ||
-                fabs(p.major - table[i].major) > table[i].axis_px || fabs(p.minor - table[i].minor) > table[i].axis_px ||
+                fabs(p.major - table[i].major) > table[i].axis_px ||
+                fabs(p.minor - table[i].minor) > table[i].axis_px ||
                 (table[i].major - table[i].minor >= 10 && fabs(sin(p.angle - angle)) > 0.05))
-                fail_msg("%dx%d, %g x %g px at %g: confidence %g, off by %g %g, axes %g %g at %g", d.width, d.height,
-                         table[i].major, table[i].minor, angle, p.confidence, p.x - e.x, p.y - e.y, p.major, p.minor,
-                         p.angle);
+                fail_msg("%dx%d, %g x %g px at %g: confidence %g, off by %g %g, axes %g %g at %g", d.width,
+                         d.height, table[i].major, table[i].minor, angle, p.confidence, p.x - e.x, p.y - e.y,
+                         p.major, p.minor, p.angle);
             free(d.pixels);
         }
 }
@@ -120,7 +127,8 @@ static void hidden_parts(void **state)
         for (int y = 0; y < e.y - 18 && i % 2; y++) memset(d.pixels + y * 640, 110, 640);
         add_noise(&d, 3, (uint64_t)i);
         struct fv_pupil p = find(&d, NULL);
-        if (!p.found || hypot(p.x - e.x, p.y - e.y) > 1) fail_msg("%d: confidence %g, at %g %g", i, p.confidence, p.x, p.y);
+        if (!p.found || hypot(p.x - e.x, p.y - e.y) > 1)
+            fail_msg("%d: confidence %g, at %g %g", i, p.confidence, p.x, p.y);
         free(d.pixels);
     }
 }
@@ -128,14 +136,16 @@ static void hidden_parts(void **state)
 static void none_in(struct drawn *d, const char *what)
 {
     struct fv_pupil p = find(d, NULL);
-    if (p.found) fail_msg("%s: confidence %g at %g %g, %g x %g", what, p.confidence, p.x, p.y, p.major, p.minor);
+    if (p.found)
+        fail_msg("%s: confidence %g at %g %g, %g x %g", what, p.confidence, p.x, p.y, p.major, p.minor);
     free(d->pixels);
 }
 
 static void frames_without_a_pupil(void **state)
 {
     (void)state;
-    static const int sizes[][2] = {{1, 1}, {1, 400}, {640, 1}, {8, 8}, {7, 300}, {16, 16}, {33, 17}, {640, 400}, {4096, 3}};
+    static const int sizes[][2] = {{1, 1},   {1, 400}, {640, 1},   {8, 8},   {7, 300},
+                                   {16, 16}, {33, 17}, {640, 400}, {4096, 3}};
     for (unsigned i = 0; i < COUNT(sizes); i++)
         for (int grey = 0; grey <= 255; grey += 51) {
             struct drawn d = blank(sizes[i][0], sizes[i][1], sizes[i][0] + (int)i, grey);
@@ -143,11 +153,11 @@ static void frames_without_a_pupil(void **state)
         }
     for (unsigned i = 0; i < 6; i++) {
         uint64_t seed = i;
-        struct drawn d = blank(640, 400, 640, 100), saturated = blank(640, 400, 640, 255), ramp = blank(640, 400, 640, 0);
+        struct drawn d = blank(640, 400, 640, 100), saturated = blank(640, 400, 640, 255),
+                     ramp = blank(640, 400, 640, 0);
         if (i < 3)
             for (int j = 0; j < 640 * 400; j++) d.pixels[j] = (uint8_t)(random_bits(&seed) >> 56);
-        else
-            add_noise(&d, 4 * i, i);
+        else add_noise(&d, 4 * i, i);
         none_in(&d, "noise");
         for (int j = 0; j < 640 * 400; j++) ramp.pixels[j] = (uint8_t)((j % 640 * (int)i + j / 640 * 3) / 10);
         none_in(&ramp, "a ramp");
@@ -215,15 +225,16 @@ static void huge_frames_end(void **state)
     assert_true(fv_pupil_scratch_bytes(4096, 4096) < 8 << 20);
 }
 
-/* A pupil that moves a little is followed in its region, lost in a blink, found again anywhere; the answers are
- * those of the search in the whole frame. */
+/* A pupil that moves a little is followed in its region, lost in a blink, found again anywhere; the answers
+ * are those of the search in the whole frame. */
 static void following(void **state)
 {
     (void)state;
     struct fv_pupil_track track = {0};
     for (int i = 0; i < 30; i++) {
         struct drawn d = blank(640, 400, 640, 95);
-        struct fv_ellipse e = {i < 20 ? 150 + 9 * i : 600, i < 20 ? 120 + 7 * i : 360, 26 + 0.3 * i, 24 + 0.3 * i, 1, 0};
+        struct fv_ellipse e = {
+            i < 20 ? 150 + 9 * i : 600, i < 20 ? 120 + 7 * i : 360, 26 + 0.3 * i, 24 + 0.3 * i, 1, 0};
         bool blink = i >= 10 && i < 13;
         if (!blink) draw(&d, &e, 25, 3);
         add_noise(&d, 2, (uint64_t)i);
@@ -235,7 +246,8 @@ static void following(void **state)
     }
     assert_int_equal(track.frames, 30);
     assert_int_equal(track.found, 27);
-    assert_int_equal(track.followed, 30 - 3 - 1 - 1 - 1); /* not: first, in and after the blink, after the jump */
+    assert_int_equal(track.followed,
+                     30 - 3 - 1 - 1 - 1); /* not: first, in and after the blink, after the jump */
 }
 
 /* What was known of a larger stream is of no harm: regions off the frame are not read. */
@@ -258,8 +270,13 @@ static void ellipses_through_points(void **state)
     uint64_t seed = 3;
     for (int i = 0; i < 2000; i++) {
         double angle = random_between(&seed, -1.5, 1.5), a = random_decade(&seed, 1e-2, 1e4);
-        struct fv_ellipse e = {random_between(&seed, -1e4, 1e4), random_between(&seed, -1e4, 1e4), a,
-                               a * random_between(&seed, 0.2, 0.95), cos(angle), sin(angle)}, fit;
+        struct fv_ellipse e = {random_between(&seed, -1e4, 1e4),
+                               random_between(&seed, -1e4, 1e4),
+                               a,
+                               a * random_between(&seed, 0.2, 0.95),
+                               cos(angle),
+                               sin(angle)},
+                          fit;
         struct fv_outline_point point[40];
         for (int j = 0; j < 40; j++) {
             double normal[2], at[2], t = 0.1 * i + 2 * M_PI * (i % 2 ? 0.6 : 1) * j / 40;
@@ -272,7 +289,8 @@ static void ellipses_through_points(void **state)
             fabs(fit.c * e.s - fit.s * e.c) > 1e-5)
             fail_msg("%d: %g %g %g %g became %g %g %g %g", i, e.x, e.y, e.a, e.b, fit.x, fit.y, fit.a, fit.b);
         if (i % 2) continue;
-        for (int j = 0; j < 8; j++) point[(i + j) % 40].x += 0.3 * e.a; /* a fifth of the outline lies elsewhere */
+        for (int j = 0; j < 8; j++)
+            point[(i + j) % 40].x += 0.3 * e.a; /* a fifth of the outline lies elsewhere */
         assert_true(fv_ellipse_fit_parts(point, 40, 1e-3 * e.a, &fit));
         assert_true(fv_ellipse_trim(point, 40, 1e-3 * e.a, &fit));
         assert_true(hypot(fit.x - e.x, fit.y - e.y) < 1e-3 * e.a);
@@ -294,7 +312,8 @@ static void points_on_no_ellipse(void **state)
     for (int i = 0; i < 20; i++) point[i] = (struct fv_outline_point){i == 7 ? NAN : cos(i), sin(i), 1};
     assert_false(fv_ellipse_fit(point, 20, &e));
     /* On a hyperbola the nearest ellipse may be far away, but it is one. */
-    for (int i = 0; i < 20; i++) point[i] = (struct fv_outline_point){i - 10, sqrt(1.0 + (i - 10) * (i - 10)), 1};
+    for (int i = 0; i < 20; i++)
+        point[i] = (struct fv_outline_point){i - 10, sqrt(1.0 + (i - 10) * (i - 10)), 1};
     if (fv_ellipse_fit(point, 20, &e)) assert_true(isfinite(e.x + e.y + e.a) && e.b > 0);
 }
 

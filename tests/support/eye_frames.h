@@ -1,5 +1,5 @@
-/* eye_frames: the recorded infrared eye frames of shared/data, their labels, and frames made from them in which no
- * pupil is to be seen. For tests only. */
+/* eye_frames: the recorded infrared eye frames of shared/data, their labels, and frames made from them in
+ * which no pupil is to be seen. For tests only. */
 #ifndef FV_TESTS_EYE_FRAMES_H
 #define FV_TESTS_EYE_FRAMES_H
 
@@ -61,7 +61,8 @@ static inline int eye_labels(struct eye_label *label, int most)
     int n = 0;
     if (!f) fail_msg("no labels");
     while (n < most && fgets(line, sizeof line, f))
-        n += sscanf(line, "%d,%*d,%lf,%lf,%lf", &label[n].frame, &label[n].x, &label[n].y, &label[n].major) == 4;
+        n += sscanf(line, "%d,%*d,%lf,%lf,%lf", &label[n].frame, &label[n].x, &label[n].y, &label[n].major) ==
+             4;
     fclose(f);
     return n;
 }
@@ -103,7 +104,8 @@ static inline void eye_closed(uint8_t pixels[EYE_PIXELS], const uint8_t *classes
         if (bottom[x] < 0) continue;
         first = x < first ? x : first;
         last = x;
-        int from = top[x] - 14 > 0 ? top[x] - 14 : 0, to = bottom[x] + 8 < EYE_HEIGHT - 6 ? bottom[x] + 8 : EYE_HEIGHT - 7;
+        int from = top[x] - 14 > 0 ? top[x] - 14 : 0,
+            to = bottom[x] + 8 < EYE_HEIGHT - 6 ? bottom[x] + 8 : EYE_HEIGHT - 7;
         double above = 0, below = 0;
         for (int i = 0; i < 6; i++) {
             above += pixels[(from > i ? from - i : 0) * EYE_WIDTH + x] / 6.0;
@@ -116,7 +118,8 @@ static inline void eye_closed(uint8_t pixels[EYE_PIXELS], const uint8_t *classes
         }
     }
     for (int i = 0; i < 40 && first < last; i++) {
-        double x = random_between(&seed, first, last), y = bottom[(int)x] + 2, length = random_between(&seed, 15, 40);
+        double x = random_between(&seed, first, last), y = bottom[(int)x] + 2,
+               length = random_between(&seed, 15, 40);
         double angle = 1.57 - 0.8 * (x - 0.5 * (first + last)) / (last - first) + 0.3 * eye_noise(&seed);
         double bend = 0.01 * eye_noise(&seed);
         for (int s = 0; s < 2 * length && y > 2; s++, angle += bend) {
@@ -139,7 +142,8 @@ static inline void eye_filled(uint8_t pixels[EYE_PIXELS], const struct eye_label
             double dx = x - label->x, dy = y - label->y, off = hypot(dx, dy), sum = 0;
             if (off >= radius || x < 0 || y < 0 || x >= EYE_WIDTH || y >= EYE_HEIGHT) continue;
             for (int i = 0; i < 8; i++) {
-                double angle = atan2(dy, dx) + 0.02 * i, at = radius + 1 + i + 2 * random_between(&seed, 0, 1);
+                double angle = atan2(dy, dx) + 0.02 * i,
+                       at = radius + 1 + i + 2 * random_between(&seed, 0, 1);
                 int u = (int)fmin(fmax(label->x + at * cos(angle), 0), EYE_WIDTH - 1);
                 int v = (int)fmin(fmax(label->y + at * sin(angle), 0), EYE_HEIGHT - 1);
                 sum += pixels[v * EYE_WIDTH + u] / 8.0;

@@ -1,5 +1,5 @@
-/* eye_images: the simulated camera's images, and the pupil found in them: where it truly is over all gazes and
- * sizes, and none while the lids are closed. */
+/* eye_images: the simulated camera's images, and the pupil found in them: where it truly is over all gazes
+ * and sizes, and none while the lids are closed. */
 #include "sensors/eye/image_sim.h"
 #include "tests/support/program.h"
 
@@ -21,7 +21,8 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static struct fv_pupil find(const struct fv_eye_camera *camera, const struct fv_eye_state *state, struct fv_pupil *truth)
+static struct fv_pupil find(const struct fv_eye_camera *camera, const struct fv_eye_state *state,
+                            struct fv_pupil *truth)
 {
     struct fv_eye_frame frame = {pixels, camera->width, camera->height, WIDTH};
     struct fv_pupil p;
@@ -51,8 +52,8 @@ static void grid_of_gazes(void **state)
                 }
     }
     qsort(error, (size_t)n, sizeof *error, by_size);
-    print_message("%d gazes: median %.2f px, 95 %% %.2f, worst %.1f; %d lost\n", n, error[n / 2], error[95 * n / 100], error[n - 1],
-                  lost);
+    print_message("%d gazes: median %.2f px, 95 %% %.2f, worst %.1f; %d lost\n", n, error[n / 2],
+                  error[95 * n / 100], error[n - 1], lost);
     assert_true(n > 180);
     assert_true(error[n / 2] <= 1);
     assert_true(lost <= n / 50);
@@ -70,8 +71,8 @@ static void poor_cameras(void **state)
         struct fv_eye_state s = looking(3 * i - 6, 4 - 2 * i, 3.5);
         struct fv_pupil truth, p = find(&camera, &s, &truth);
         if (!p.found || hypot(p.x - truth.x, p.y - truth.y) > 1 || fabs(p.major - truth.major) > 4)
-            fail_msg("%d: confidence %g, %g %g px off, axis %g of %g", i, p.confidence, p.x - truth.x, p.y - truth.y,
-                     p.major, truth.major);
+            fail_msg("%d: confidence %g, %g %g px off, axis %g of %g", i, p.confidence, p.x - truth.x,
+                     p.y - truth.y, p.major, truth.major);
     }
 }
 
@@ -92,7 +93,8 @@ static void closed_lids(void **state)
     if (found) fail_msg("%d pupils in %d frames with closed lids", found, frames);
 }
 
-/* Six seconds of the simulated eye, frame after frame: blinks are none, between them the pupil is followed. */
+/* Six seconds of the simulated eye, frame after frame: blinks are none, between them the pupil is followed.
+ */
 static void a_stream(void **state)
 {
     (void)state;
@@ -114,14 +116,16 @@ static void a_stream(void **state)
             seen += p.found && hypot(p.x - truth.x, p.y - truth.y) < 1.5;
         }
     }
-    print_message("seen %d of %d, none in %d of %d blinks; followed %d\n", seen, open, none, shut, (int)track.followed);
+    print_message("seen %d of %d, none in %d of %d blinks; followed %d\n", seen, open, none, shut,
+                  (int)track.followed);
     assert_true(open > 80 && shut > 2);
     assert_true(seen >= open - 2);
     assert_true(none == shut);
     assert_true(track.followed > open / 2);
 }
 
-/* The same bytes whenever asked; others for another time (noise) and another eye. Nothing outside the rows. */
+/* The same bytes whenever asked; others for another time (noise) and another eye. Nothing outside the rows.
+ */
 static void pure_functions(void **state)
 {
     (void)state;
@@ -133,7 +137,8 @@ static void pure_functions(void **state)
     fv_eye_image(&camera, &s, again, WIDTH, NULL);
     assert_memory_equal(pixels, again, sizeof pixels);
     for (int y = 0; y < HEIGHT; y++)
-        for (int x = y < HEIGHT - 20 ? WIDTH - 40 : 0; x < WIDTH; x++) assert_int_equal(pixels[y * WIDTH + x], 77);
+        for (int x = y < HEIGHT - 20 ? WIDTH - 40 : 0; x < WIDTH; x++)
+            assert_int_equal(pixels[y * WIDTH + x], 77);
     s.t_ns++;
     fv_eye_image(&camera, &s, again, WIDTH, NULL);
     assert_memory_not_equal(pixels, again, sizeof pixels);
