@@ -1,6 +1,7 @@
 /* paths: light by paths (rt/trace/path.h) where it is known: a furnace, whose walls shine and reflect half, after 1, 4 and 16
  * bounces; one random light against all of them; what glosses; light of 1e30, NaN and none. On every instruction set. */
 #include "rt/trace/variant.h"
+#include "tests/support/random.h"
 #include "tests/support/small_scene.h"
 
 #include "rt/fovea/foveal.h"
@@ -144,6 +145,65 @@ static void lights_are_shared_out(void **state)
     lights_stand_for_all(7);
 }
 
+enum crowd { SPREAD, AT_ONE_PLACE, FAR_OFF, BEHIND, ONE_OUTSHINES, CROWDS };
+
+/* 80 point lights before the plane z = -1 (BEHIND: behind it), coloured, every fourth of no power. */
+static void crowd_of(struct fv_scene *scene, enum crowd crowd)
+{
+    uint64_t random = 7;
+    enum { LIGHTS = 80 };
+    for (int i = 0; i < LIGHTS; i++) {
+        struct fv_light *l = &scene->light[i];
+        *l = (struct fv_light){.kind = FV_LIGHT_POINT};
+        for (int c = 0; c < 3; c++) {
+            double at = random_between(&random, -1, 1) + (c == 2 ? 0.5 : 0);
+            double power = i % 4 == 3 ? 0 : random_between(&random, 0.05, 1);
+            l->position[c] = (float)(crowd == AT_ONE_PLACE ? 0.2 : crowd == FAR_OFF ? 1e6 * (c == 2 ? 1 : at) : at);
+            l->colour[c] = (float)(crowd == FAR_OFF ? 1e12 * power : crowd == ONE_OUTSHINES && i == 50 ? 1e30 : power);
+        }
+        if (crowd == BEHIND) l->position[2] = -1.5f - (float)i / 80;
+    }
+    scene->lights = LIGHTS;
+    scene->features |= FV_SCENE_POINT_LIGHTS;
+}
+
+/* The mean of lights drawn from many against the sum of all by Whitted's shading. */
+static void few_of_many_stand_for_all(void **state)
+{
+    (void)state;
+    static struct small_scene s;
+    struct fv_material m = fv_material_default();
+    static const double at[3] = {0.1, -0.2, 0.6}, ahead[4] = {1, 0, 0, 0};
+    struct fv_view view = small_view(at, ahead, 40, 64);
+    int64_t rays[FV_RAY_KINDS] = {0};
+    small_begin(&s);
+    small_plate(&s, (double[]){-9, -9, -1}, (double[]){18, 0, 0}, (double[]){0, 18, 0}, 3, fv_build_material(s.build, &m));
+    small_finish(&s);
+    for (int c = 0; c < 3; c++) s.scene.ambient[c] = 0;
+    for (int isa = 0; isa < 3 && reopen(&s, isa); isa++)
+        for (enum crowd crowd = 0; crowd < CROWDS; crowd++) {
+            double sum[3] = {0};
+            enum { FRAMES = 64 };
+            crowd_of(&s.scene, crowd);
+            for (uint32_t frame = 0; frame < FRAMES; frame++) {
+                trace(&s, 0, 3, frame);
+                for (int i = 0; i < samples.count; i++) {
+                    sum[0] += (double)(samples.albedo_red[i] * samples.light_red[i]) / FRAMES / samples.count;
+                    sum[1] += (double)(samples.albedo_green[i] * samples.light_green[i]) / FRAMES / samples.count;
+                    sum[2] += (double)(samples.albedo_blue[i] * samples.light_blue[i]) / FRAMES / samples.count;
+                }
+            }
+            samples.split = false;
+            fv_kernels(s.tracer.isa)->trace(&s.tracer, &view, &samples, 0, rays);
+            double want[3] = {mean_of(samples.red), mean_of(samples.green), mean_of(samples.blue)};
+            for (int c = 0; c < 3; c++) {
+                if (c == 0) print_message("80 lights, crowd %d (%s): %.5g, all: %.5g\n", (int)crowd, isas[isa], sum[c], want[c]);
+                assert_true(crowd == BEHIND ? sum[c] == 0 && want[c] == 0 : fabs(sum[c] / want[c] - 1) < 0.004);
+            }
+        }
+    fv_tracer_close(&s.tracer);
+}
+
 /* In a furnace of glossy walls, whose lobes reflect 0.3 and matt parts 0.4, nothing gets brighter than what walls of 0.7 would
  * show, nor darker than those of 0.4; with Fresnel's law by 0.3 of what is seen edge-on, here a fifteenth at most. */
 static void gloss_gains_no_energy(void **state)
@@ -275,7 +335,7 @@ static void paths_by_sample(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(furnace), cmocka_unit_test(one_light_stands_for_all), cmocka_unit_test(lights_are_shared_out),
-                                       cmocka_unit_test(gloss_gains_no_energy), cmocka_unit_test(light_stands_for_its_lamp), cmocka_unit_test(odd_lights),
+                                       cmocka_unit_test(few_of_many_stand_for_all), cmocka_unit_test(gloss_gains_no_energy), cmocka_unit_test(light_stands_for_its_lamp), cmocka_unit_test(odd_lights),
                                        cmocka_unit_test(paths_by_sample)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
