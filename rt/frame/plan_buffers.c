@@ -50,6 +50,10 @@ static const char *const buffer_names[FV_BUFFERS] = {
     [FV_DEPTH] = "depth",
     [FV_LIGHT] = "light",
     [FV_FILTERED] = "filtered light",
+    [FV_MEAN] = "accumulated light",
+    [FV_TRACK] = "track",
+    [FV_HISTORY_MEAN] = "history accumulated light",
+    [FV_HISTORY_TRACK] = "history track",
     [FV_PICTURE] = "picture",
 };
 

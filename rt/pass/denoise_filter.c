@@ -3,6 +3,7 @@
  * FV_LIGHT always holds what is newest: `across` puts its means into FV_FILTERED, of tiles that take the iteration and of those
  * that their columns reach into; `down` puts those of the former back. In tiles with several layers it is undone where a
  * pixel's layer does not take the iteration. */
+#include "rt/pass/accumulate.h"
 #include "rt/pass/denoise.h"
 
 #include <string.h>
@@ -58,9 +59,14 @@ static void copy_tile(struct fv_frame *f, const struct fv_tile *tile, enum fv_bu
 
 /* ---- pixels that are left out ---- */
 
+static bool has_holes(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    return layers_of(f, tile->index) & (fv_accumulates(f) ? FV_LAYER_EMPTY : FV_LAYER_HOLES);
+}
+
 static int fill(struct fv_frame *f, const struct fv_tile *tile)
 {
-    if (!(layers_of(f, tile->index) & FV_LAYER_HOLES)) return 0;
+    if (!has_holes(f, tile)) return 0;
     struct fv_atrous a = atrous_of(f, tile, FV_ATROUS_FILL, 1, false);
     f->kernels->atrous(&a);
     return 1;
@@ -68,7 +74,7 @@ static int fill(struct fv_frame *f, const struct fv_tile *tile)
 
 static int settle(struct fv_frame *f, const struct fv_tile *tile)
 {
-    if (!(layers_of(f, tile->index) & FV_LAYER_HOLES)) return 0;
+    if (!has_holes(f, tile)) return 0;
     copy_tile(f, tile, FV_FILTERED, FV_LIGHT);
     return 1;
 }

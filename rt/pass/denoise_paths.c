@@ -1,4 +1,5 @@
 /* denoise_paths: the passes paths and compose: light by paths and what it falls on, and both together; see denoise.h. */
+#include "rt/pass/accumulate.h"
 #include "rt/pass/denoise.h"
 
 #include <string.h>
@@ -82,9 +83,10 @@ static void trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t block
         if (s->paths[i] == 0 || !(s->inverse_depth[i] > 0)) light[i] = FV_LIGHT_NONE;
     keep(f, tile, blocks, FV_COLOUR, w->pixel[FV_PLANE_BASE]);
     keep(f, tile, blocks, FV_ALBEDO, w->pixel[FV_PLANE_ALBEDO]);
-    keep(f, tile, blocks, FV_LIGHT, light);
+    keep(f, tile, blocks, fv_accumulates(f) ? FV_FILTERED : FV_LIGHT, light);
     keep(f, tile, blocks, FV_DEPTH, s->inverse_depth);
     keep(f, tile, blocks, FV_FACING, s->facing);
+    if (fv_accumulates(f) && f->tracer->instances > 0) keep(f, tile, blocks, FV_TRACK, s->identity);
 }
 
 static int run(struct fv_frame *f, const struct fv_tile *tile)
@@ -122,6 +124,7 @@ const struct fv_pass fv_pass_paths = {
     .name = "paths",
     .reads = FV_BIT(FV_LAYER),
     .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_ALBEDO) | FV_BIT(FV_LIGHT) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING),
+    .offers = FV_BIT(FV_FILTERED) | FV_BIT(FV_TRACK), /* light, where it is accumulated */
     .needs = FV_NEEDS_GAZE | FV_NEEDS_NOISE,
     .order = FV_ORDER_NEED,
     .run = run,

@@ -244,7 +244,7 @@ static void selective_has_its_table(void **state)
 /* Tiny pictures: rows and quantities, the paper's numbers, and that fewer paths are fewer rays. */
 static void denoise_has_its_table(void **state)
 {
-    static const char *const ways[] = {"base", "nh2ld", "nh3ld", "nh3ld-p0.5"};
+    static const char *const ways[] = {"base", "nh2ld", "nh3ld", "nh3ld-p0.5", "nh3ld-history"};
     char cell[96];
     (void)state;
     struct program_result r = program("measure --table peres2023 --part fhd-atrium --frames 1 --set display.width=64 --set display.height=48 "
@@ -252,7 +252,7 @@ static void denoise_has_its_table(void **state)
     if (r.code != 0) fail_msg("%s", r.errors);
     assert_non_null(strstr(r.errors, "1 of 6 parts"));
     const char *csv = text_of("denoise/table-peres2023.csv");
-    for (int w = 0; w < 4; w++) {
+    for (int w = 0; w < 5; w++) {
         snprintf(cell, sizeof cell, "\nfhd/atrium/%s,frame_ms,ms,", ways[w]);
         assert_true(ours(csv, cell) > 0);
         snprintf(cell, sizeof cell, "\nfhd/atrium/%s,rmse_percent,%%,", ways[w]);
