@@ -62,6 +62,7 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
     set_selective(&f->selective, c);
     f->denoise = (struct fv_denoise){.bounces = (int)c->denoise_bounces,
                                      .history = (int)c->denoise_history,
+                                     .rate = (int)c->denoise_rate,
                                      .despeckle = strcmp(c->denoise_despeckle, "on") == 0,
                                      .sigma_light = (float)c->denoise_sigma_light,
                                      .sigma_normal = (float)c->denoise_sigma_normal,

@@ -83,6 +83,19 @@ static void choose_attributes(struct fv_plan *p, const struct fv_scene *s, const
                 why ? why : "selective.texture is fetch: where pixels differ in texture alone, on the triangles that they show");
 }
 
+/* Weights of the filter that follow history. */
+static void choose_guide(struct fv_plan *p, const struct fv_config *config, const struct fv_frame *f)
+{
+    const uint64_t bits = FV_BIT(FV_VARIANCE) | FV_BIT(FV_FILTERED_VARIANCE);
+    bool can = p->accumulates && p->buffers & FV_BIT(FV_FILTERED_VARIANCE), asked = strcmp(config->denoise_guide, "on") == 0;
+    drop(p, bits, can && asked);
+    fv_plan_add(p, "feature", "guided filter", can && asked, 2 * f->eyes * fv_plan_buffer_bytes(f, FV_VARIANCE), "%s",
+                !p->accumulates ? "no light is accumulated that could guide it"
+                : !can          ? "there is no iteration of the filter"
+                : asked         ? "denoise.guide is on: the longer pixels' history, the less the filter smooths over differences of light"
+                                : "denoise.guide is off");
+}
+
 static void choose_light(struct fv_plan *p, const struct fv_scene *s, const struct fv_config *config,
                          const struct fv_frame *f)
 {
@@ -131,4 +144,5 @@ void fv_plan_choose_features(struct fv_plan *p, const struct fv_scene *s, const 
     choose_pasts(p, config, f);
     choose_light(p, s, config, f);
     choose_maps(p, s, config);
+    choose_guide(p, config, f);
 }

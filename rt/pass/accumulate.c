@@ -31,7 +31,8 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
                               .facing = f->buffer[FV_FACING][e],
                               .track = f->buffer[FV_TRACK][e],
                               .mean = f->buffer[FV_MEAN][e],
-                              .filtered = f->buffer[FV_LIGHT][e]};
+                              .filtered = f->buffer[FV_LIGHT][e],
+                              .variance = f->buffer[FV_VARIANCE][e]};
     if (f->has_mean) {
         a.mean_before = f->buffer[FV_HISTORY_MEAN][e];
         a.track_before = f->buffer[FV_HISTORY_TRACK][e];
@@ -59,7 +60,7 @@ const struct fv_pass fv_pass_accumulate = {
     .name = "accumulate",
     .reads = FV_BIT(FV_FILTERED) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING) | FV_BIT(FV_TRACK) | FV_BIT(FV_HISTORY_MEAN) |
              FV_BIT(FV_HISTORY_TRACK) | FV_BIT(FV_HISTORY_FACING),
-    .writes = FV_BIT(FV_LIGHT) | FV_BIT(FV_MEAN) | FV_BIT(FV_TRACK) | FV_BIT(FV_TILE_LAYERS),
+    .writes = FV_BIT(FV_LIGHT) | FV_BIT(FV_MEAN) | FV_BIT(FV_TRACK) | FV_BIT(FV_TILE_LAYERS) | FV_BIT(FV_VARIANCE),
     .idle = idle,
     .run = run,
     .expect = expect};

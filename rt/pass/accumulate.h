@@ -50,6 +50,7 @@ struct fv_accumulate {
     const uint32_t *facing;
     const uint32_t *mean_before, *track_before, *facing_before;
     uint32_t *track, *mean, *filtered; /* out: the last two the same */
+    float *variance;                /* out: 1 / frames, where there is light; NULL: not asked for */
     bool empty;                     /* out: surfaces are left without light */
 };
 
@@ -57,6 +58,14 @@ struct fv_accumulate {
 static inline bool fv_accumulates(const struct fv_frame *f)
 {
     return f->buffer[FV_HISTORY_MEAN][0] && f->denoise.history > 0;
+}
+
+/* Whether pixels of this layer take paths in this frame (denoise.rate): of the outer one, where there is history, those of every
+ * second block, like a chequerboard, the eyes in turn, so that packets of rays are whole. */
+static inline bool fv_layer_due(const struct fv_frame *f, int eye, int layer, int x, int y)
+{
+    if (f->denoise.rate < 2 || layer < FV_LAYERS - 1 || !f->has_mean || !fv_accumulates(f)) return true;
+    return ((x / FV_BLOCK + y / FV_BLOCK + eye + (int)(f->number & 1)) & 1) == 0;
 }
 
 #endif

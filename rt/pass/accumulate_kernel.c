@@ -302,6 +302,7 @@ static inline void mix(struct fv_accumulate *a, const struct tile *t, int x, int
     vi_store(a->mean + at, out);
     vi_store(a->filtered + at, out);
     vi_store(a->track + at, vi_select(lit, track_of(w, object, count), vi_of(0)));
+    if (a->variance) vf_store(a->variance + at, 1.0f / vf_max(vf_from(count), vf_of(1)));
     a->empty |= vi_any(seen & ~lit);
 }
 

@@ -2,7 +2,9 @@
  *
  * FV_LIGHT always holds what is newest: `across` puts its means into FV_FILTERED, of tiles that take the iteration and of those
  * that their columns reach into; `down` puts those of the former back. In tiles with several layers it is undone where a
- * pixel's layer does not take the iteration. */
+ * pixel's layer does not take the iteration. Where weights follow history (denoise.guide), they do so by FV_VARIANCE as it was
+ * before the filter; what iterations make of it is not looked at: the difference of light at which weights fall stays the same
+ * over the iterations, as it does without. */
 #include "rt/pass/accumulate.h"
 #include "rt/pass/denoise.h"
 
@@ -17,6 +19,7 @@ static struct fv_atrous atrous_of(const struct fv_frame *f, const struct fv_tile
                                   bool back)
 {
     int e = tile->eye;
+    bool guided = taps != FV_ATROUS_FILL && fv_accumulates(f);
     return (struct fv_atrous){.taps = taps,
                               .step = step,
                               .x = tile->x0,
@@ -31,6 +34,8 @@ static struct fv_atrous atrous_of(const struct fv_frame *f, const struct fv_tile
                               .inverse_depth = f->buffer[FV_DEPTH][e],
                               .facing = f->buffer[FV_FACING][e],
                               .filtered = f->buffer[back ? FV_LIGHT : FV_FILTERED][e],
+                              .variance = guided ? f->buffer[FV_VARIANCE][e] : NULL,
+                              .filtered_variance = f->buffer[FV_FILTERED_VARIANCE][e],
                               .sigma_light = f->denoise.sigma_light,
                               .sigma_normal = f->denoise.sigma_normal,
                               .sigma_position = f->denoise.sigma_position};
@@ -81,7 +86,8 @@ static int settle(struct fv_frame *f, const struct fv_tile *tile)
 
 static const char *no_holes(const struct fv_config *c)
 {
-    return c->denoise_p > 0 || strcmp(c->budget_adapt, "on") == 0 ? NULL : "denoise.p is 0: every pixel is sampled";
+    bool turns = c->denoise_rate > 1 && c->denoise_history > 0;
+    return c->denoise_p > 0 || turns || strcmp(c->budget_adapt, "on") == 0 ? NULL : "denoise.p is 0: every pixel is sampled";
 }
 
 static void expect_holes(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings, double units[2])
@@ -181,16 +187,16 @@ static const char *idle(const struct fv_config *c, int k)
     }                                                                                                                           \
     const struct fv_pass fv_pass_across_##step = {                                                                              \
         .name = "across_" #step,                                                                                                \
-        .reads = FV_BIT(FV_TILE_LAYERS) | FV_BIT(FV_LIGHT) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING),                              \
-        .writes = FV_BIT(FV_FILTERED),                                                                                          \
+        .reads = FV_BIT(FV_TILE_LAYERS) | FV_BIT(FV_LIGHT) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING) | FV_BIT(FV_VARIANCE),        \
+        .writes = FV_BIT(FV_FILTERED) | FV_BIT(FV_FILTERED_VARIANCE),                                                           \
         .idle = idle_##step,                                                                                                    \
         .run = across_##step,                                                                                                   \
         .stand_in = across_stand_in,                                                                                            \
         .expect = expect_##step};                                                                                               \
     const struct fv_pass fv_pass_down_##step = {                                                                                \
         .name = "down_" #step,                                                                                                  \
-        .reads = FV_BIT(FV_TILE_LAYERS) | FV_BIT(FV_LAYER) | FV_BIT(FV_FILTERED) | FV_BIT(FV_LIGHT) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING), \
-        .writes = FV_BIT(FV_LIGHT),                                                                                             \
+        .reads = FV_BIT(FV_TILE_LAYERS) | FV_BIT(FV_LAYER) | FV_BIT(FV_FILTERED) | FV_BIT(FV_LIGHT) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING) | FV_BIT(FV_VARIANCE), \
+        .writes = FV_BIT(FV_LIGHT) | FV_BIT(FV_FILTERED_VARIANCE),                                                              \
         .idle = idle_##step,                                                                                                    \
         .run = down_##step,                                                                                                     \
         .stand_in = down_stand_in,                                                                                              \

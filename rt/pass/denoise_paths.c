@@ -22,7 +22,8 @@ static int ask(const struct fv_frame *f, const struct fv_tile *tile, struct fv_s
     for (int i = 0; i < s->count; i++) {
         int x = (int)s->x[i], y = (int)s->y[i];
         int of = x < f->width && y < f->height ? layer[y * f->stride + x] : 0;
-        s->paths[i] = of & FV_LAYER_SAMPLED ? f->parameters.layer_spp[of & FV_LAYER_NUMBER] : 0;
+        bool due = of & FV_LAYER_SAMPLED && fv_layer_due(f, tile->eye, of & FV_LAYER_NUMBER, x, y);
+        s->paths[i] = due ? f->parameters.layer_spp[of & FV_LAYER_NUMBER] : 0;
         paths += s->paths[i];
     }
     return paths;
@@ -112,11 +113,12 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 static void expect(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings, double units[2])
 {
     struct fv_foveal share = p->foveal;
-    (void)f;
+    double outer = f->has_mean && fv_accumulates(f) ? 1.0 / f->denoise.rate : 1;
     for (int d = 0; d < FV_DEGREES; d++) {
         float e = (float)d + 0.5f;
         int layer = e <= share.r0_deg ? 0 : e <= share.r1_deg ? 1 : 2;
-        units[0] += (double)rings->pixels[d] * (double)fv_foveal_probability(&share, e) * p->layer_spp[layer];
+        double due = layer == FV_LAYERS - 1 ? outer : 1;
+        units[0] += due * (double)rings->pixels[d] * (double)fv_foveal_probability(&share, e) * p->layer_spp[layer];
     }
 }
 
@@ -141,7 +143,10 @@ static int compose(struct fv_frame *f, const struct fv_tile *tile)
         f->kernels->unpack_light((const uint32_t *)f->buffer[FV_LIGHT][tile->eye] + row, light[0], light[1], light[2], FV_TILE);
         f->kernels->light_up(colour, (const uint32_t *)f->buffer[FV_ALBEDO][tile->eye] + row, light[0], light[1], light[2],
                              colour, FV_TILE);
-        for (int x = 0; x < FV_TILE; x++) colour[x] |= layer[x] & FV_LAYER_SAMPLED ? FV_PIXEL_SAMPLED : 0;
+        for (int x = 0; x < FV_TILE; x++) {
+            bool due = fv_layer_due(f, tile->eye, layer[x] & FV_LAYER_NUMBER, tile->x0 + x, tile->y0 + y);
+            colour[x] |= layer[x] & FV_LAYER_SAMPLED && due ? FV_PIXEL_SAMPLED : 0;
+        }
     }
     return 1;
 }

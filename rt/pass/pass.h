@@ -78,6 +78,8 @@ enum fv_buffer {
     FV_TRACK,
     FV_HISTORY_MEAN,   /* the frame before's: swapped with the two above and FV_FACING after each frame */
     FV_HISTORY_TRACK,
+    FV_VARIANCE,       /* of light before the filter, and half way through an iteration (pass/atrous.h), as far as frames tell */
+    FV_FILTERED_VARIANCE,
     FV_PICTURE,        /* 8-bit picture for the display */
     FV_BUFFERS
 };
@@ -134,6 +136,7 @@ struct fv_selective {
 struct fv_denoise {
     int bounces;
     int history;                                     /* frames that light is accumulated over (pass/accumulate.h); 0: none */
+    int rate;                                        /* frames in which the outer layer's pixels take paths once */
     bool despeckle;                                  /* lone bright pixels are taken down before the filter */
     float sigma_light, sigma_normal, sigma_position; /* pass/atrous.h */
 };

@@ -363,7 +363,7 @@ static void anything(void **state)
 /* ---- whole frames ---- */
 
 static struct stage with, without;
-static const char *const usual[] = {"scene.name=cornell", "method.name=denoise", "denoise.history=32", NULL};
+static const char *const usual[] = {"scene.name=cornell", "method.name=denoise", "denoise.history=32", "denoise.guide=off", NULL};
 
 static bool same_picture(const struct stage *a, const struct stage *b)
 {
@@ -437,11 +437,71 @@ static void odd_frames(void **state)
     stage_close(&with);
 }
 
+/* Every second block of the outer layer takes paths, the others in the next frame, once there is history; the rays say so. */
+static void outer_pixels_take_turns(void **state)
+{
+    (void)state;
+    static const char *const turns[] = {"denoise.rate=2", "denoise.guide=on", "denoise.inner_px=10", "denoise.outer_px=20", "denoise.spp=1 1 1", NULL};
+    int64_t rays[4];
+    stage_begin(&with, 96, usual, turns, stage_workers());
+    for (int n = 0; n < 4; n++) {
+        stage_frame(&with, 0, 0, 0);
+        rays[n] = with.record.rays[FV_RAY_SECONDARY];
+        const struct fv_frame *f = &with.loop.frame;
+        const uint32_t *track_now = f->buffer[FV_TRACK][0], *of = f->buffer[FV_LIGHT][0];
+        for (int y = 0; y < 96; y++)
+            for (int x = 0; x < 96; x++) {
+                int64_t at = y * f->stride + x, due = (x / 4 + y / 4 + n) % 2 == 0 || n == 0 || (x - 48) * (x - 48) + (y - 48) * (y - 48) < 19 * 19;
+                if (!(((const float *)f->buffer[FV_DEPTH][0])[at] > 0)) continue;
+                if (of[at] == FV_LIGHT_NONE) fail_msg("%d, %d: no light in frame %d", x, y, n);
+                bool sampled = stage_row(&with, y)[x] & FV_PIXEL_SAMPLED;
+                if (due && !sampled) fail_msg("%d, %d: left out in frame %d", x, y, n);
+                if (!due && sampled && (x - 48) * (x - 48) + (y - 48) * (y - 48) > 22 * 22) fail_msg("%d, %d: sampled in frame %d", x, y, n);
+                if (n == 3 && (track_now[at] & FV_TRACK_FRAMES) > 4) fail_msg("%d, %d: %u frames of 4", x, y, track_now[at] & FV_TRACK_FRAMES);
+            }
+    }
+    print_message("rays of paths: %lld, then %lld, %lld, %lld\n", (long long)rays[0], (long long)rays[1], (long long)rays[2], (long long)rays[3]);
+    for (int n = 1; n < 4; n++) assert_true((double)rays[n] > 0.5 * (double)rays[0] && (double)rays[n] < 0.65 * (double)rays[0]);
+    stage_close(&with);
+}
+
+/* By how much the filter changes light. */
+static double filtered_by(const struct stage *s)
+{
+    const struct fv_frame *f = &s->loop.frame;
+    const uint32_t *from = f->buffer[FV_MEAN][0], *to = f->buffer[FV_LIGHT][0];
+    double sum = 0;
+    for (int y = 0; y < 96; y++)
+        for (int x = 0; x < 96; x++) sum += fabs(green(to[y * f->stride + x]) - green(from[y * f->stride + x])) / 96 / 96;
+    return sum;
+}
+
+/* In the first frame the filter does what it does without history; after many it leaves most as it is. */
+static void filter_is_guided(void **state)
+{
+    (void)state;
+    double guided = 0, fixed = 0;
+    stage_begin(&with, 96, usual, (const char *const[]){"denoise.guide=on", NULL}, stage_workers());
+    stage_set(&without, 96, usual, NULL);
+    stage_share(&without, &with, stage_workers());
+    for (int n = 0; n < 32; n++) {
+        stage_frame(&with, 0, 0, 0);
+        stage_frame(&without, 0, 0, 0);
+        guided = filtered_by(&with);
+        fixed = filtered_by(&without);
+        if (n == 0 || n == 31) print_message("frame %d: light is changed by %.4f, by sigma alone %.4f\n", n, guided, fixed);
+        if (n == 0) assert_true(fixed > 0 && fabs(guided / fixed - 1) < 0.01);
+    }
+    assert_true(guided < 0.9 * fixed);
+    stage_close(&with);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(noise_falls), cmocka_unit_test(mean_stays), cmocka_unit_test(uncovered_starts_anew),
                                        cmocka_unit_test(others_start_anew), cmocka_unit_test(views_turn), cmocka_unit_test(light_changes),
                                        cmocka_unit_test(holes_and_ends), cmocka_unit_test(anything), cmocka_unit_test(first_frames),
-                                       cmocka_unit_test(frames_settle), cmocka_unit_test(odd_frames)};
+                                       cmocka_unit_test(frames_settle), cmocka_unit_test(odd_frames),
+                                       cmocka_unit_test(outer_pixels_take_turns), cmocka_unit_test(filter_is_guided)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
