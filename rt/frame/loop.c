@@ -2,6 +2,7 @@
 #include "rt/frame/loop.h"
 
 #include "platform/arena.h"
+#include "rt/pass/accumulate.h"
 #include "rt/pass/denoise.h"
 
 #include <math.h>
@@ -60,6 +61,8 @@ static void set_method(struct fv_frame *f, const struct fv_config *c)
     f->keep = strcmp(c->method_history, "keep") == 0 && !f->refined;
     set_selective(&f->selective, c);
     f->denoise = (struct fv_denoise){.bounces = (int)c->denoise_bounces,
+                                     .history = (int)c->denoise_history,
+                                     .rate = (int)c->denoise_rate,
                                      .despeckle = strcmp(c->denoise_despeckle, "on") == 0,
                                      .apart = strcmp(c->denoise_steady, "apart") == 0,
                                      .deviations = (float)c->denoise_deviations,
@@ -232,6 +235,14 @@ static void swap_lower(struct fv_frame *f)
     swap_holds(f);
 }
 
+/* Light that was accumulated, and of what it is. */
+static void swap_mean(struct fv_frame *f)
+{
+    swap(f, FV_MEAN, FV_HISTORY_MEAN);
+    swap(f, FV_TRACK, FV_HISTORY_TRACK);
+    swap(f, FV_FACING, FV_HISTORY_FACING);
+}
+
 /* What was this frame's becomes the history of the next. */
 static void swap_history(struct fv_loop *loop)
 {
@@ -240,6 +251,7 @@ static void swap_history(struct fv_loop *loop)
     memcpy(f->object_before, f->object, sizeof f->object_before);
     f->has_history = loop->plan->history;
     f->pyramid.has_last = loop->plan->carry;
+    if (f->has_mean) swap_mean(f);
     if (loop->plan->carry) swap_lower(f);
     if (!f->has_history) return;
     f->spacing_before = f->spacing;
@@ -280,7 +292,7 @@ static void take_latch(struct fv_loop *loop, const struct fv_pose *head, const d
     fv_tracer_move(f->tracer, f->object);
     for (int e = 0; e < f->eyes; e++) {
         fv_loop_view(loop, e, &loop->head, gaze[e], &f->view[e]);
-        if (f->has_history || f->pyramid.has_last) set_maps(f, e);
+        if (f->has_history || f->pyramid.has_last || f->has_mean) set_maps(f, e);
         for (int k = 0; k < f->pasts; k++) set_past_maps(f, &f->past[k], e);
         f->still = (e == 0 || f->still) && f->has_history && scene->objects == 0 && fv_map_still(&f->map[e], &f->view[e]);
     }
@@ -321,6 +333,7 @@ static void render(struct fv_loop *loop, const struct fv_pose *head, const doubl
         record_stage(r, i, deadline_ns, &stage);
     }
     fv_budget_end(b, f);
+    f->has_mean = fv_accumulates(f);
     int64_t end_ns = fv_clock_now_ns(loop->clock);
     r->frame_ms = (float)((double)(end_ns - start_ns) * 1e-6);
     r->latch_ms = (float)((double)(deadline_ns - start_ns) * 1e-6);
@@ -348,7 +361,7 @@ void fv_loop_settings(struct fv_loop *loop)
 void fv_loop_restart(struct fv_loop *loop)
 {
     loop->frame.number = 0;
-    loop->frame.has_history = loop->frame.pyramid.has_last = false;
+    loop->frame.has_history = loop->frame.pyramid.has_last = loop->frame.has_mean = false;
     loop->frame.pasts = 0;
     loop->frame.layers[0].made = loop->frame.layers[1].made = false;
     for (int t = 0; t < loop->frame.tiles && loop->frame.state && !loop->plan->history; t++)

@@ -67,6 +67,7 @@ static void choose_passes(struct fv_plan *p, const struct fv_config *config)
                            : "display.sink is %s: nobody takes pictures",
                 config->display_sink);
     p->history = (read & FV_BIT(FV_HISTORY_CACHE)) != 0;
+    p->accumulates = (read & FV_BIT(FV_HISTORY_MEAN)) != 0;
     for (int n = 0; fv_method_at(n); n++)
         for (int i = 0; i < 2 * FV_METHOD_PASSES_MAX; i++) {
             const struct fv_method *other = fv_method_at(n);
@@ -319,7 +320,7 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
     f->support_plane = f->stride / f->spacing * (f->rows / f->spacing);
     f->scratch = fv_arena_take(fv_arena(), "worker scratch", (size_t)workers * sizeof *f->scratch, 64);
     f->noise = p->noise ? fv_noise() : NULL;
-    if (!fv_plan_remembers(p)) return;
+    if (!p->history && !(p->needs & FV_NEEDS_DENSITIES)) return;
     f->state = fv_arena_take(fv_arena(), "tiles", (size_t)f->tiles * sizeof *f->state, 64);
     /* Nothing is history yet, wherever a tile turns out coarse; and without history nothing is held. */
     uint8_t holds = p->history ? FV_HELD_ALL : 0;

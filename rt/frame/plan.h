@@ -14,6 +14,7 @@ struct fv_plan {
     int64_t bytes[FV_BUFFERS];      /* of all eyes */
     bool present;                   /* a sink takes pictures */
     bool history;                   /* colour and depth are swapped after each frame */
+    bool accumulates;               /* light is (pass/accumulate.h), and swapped */
     bool carry;                     /* the pyramid's lower levels and starts are */
     uint32_t needs;                 /* enum fv_needs of the passes together */
     bool noise;                     /* a pass needs the blue-noise mask */
@@ -30,7 +31,7 @@ struct fv_plan {
 /* What a frame shows depends on the ones before: those need to have been rendered, from a restart on. */
 static inline bool fv_plan_remembers(const struct fv_plan *plan)
 {
-    return plan->history || (plan->needs & FV_NEEDS_DENSITIES);
+    return plan->history || plan->accumulates || (plan->needs & FV_NEEDS_DENSITIES);
 }
 
 /* Decides; takes no memory. `frame` must have its sizes set (fv_frame_size). */

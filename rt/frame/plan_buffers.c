@@ -52,6 +52,10 @@ static const char *const buffer_names[FV_BUFFERS] = {
     [FV_FILTERED] = "filtered light",
     [FV_VARIANCE] = "variance",
     [FV_FILTERED_VARIANCE] = "filtered variance",
+    [FV_MEAN] = "accumulated light",
+    [FV_TRACK] = "track",
+    [FV_HISTORY_MEAN] = "history accumulated light",
+    [FV_HISTORY_TRACK] = "history track",
     [FV_PICTURE] = "picture",
 };
 

@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { FV_STAGES_MAX = 16, FV_PLAN_ROWS_MAX = 192, FV_RINGS = 36 };
+enum { FV_STAGES_MAX = 18, FV_PLAN_ROWS_MAX = 192, FV_RINGS = 36 };
 
 /* Width of a ring of eccentricity; the last one holds all that lies farther out. */
 #define FV_RING_DEG 2.5

@@ -25,6 +25,7 @@ static void set_samples(struct fv_config *c, int spp)
 static void set_paths(struct fv_config *c)
 {
     c->denoise_p = 0;
+    c->denoise_history = 0;
     snprintf(c->denoise_despeckle, sizeof c->denoise_despeckle, "off");
     for (int n = 0; n < c->denoise_iterations.count; n++) c->denoise_iterations.value[n] = 0;
 }

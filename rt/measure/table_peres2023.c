@@ -7,8 +7,10 @@
  * nh3ld       the same paths; iterations by layer (denoise.iterations)
  * nh3ld-p0.5  and half of the outer layer's pixels left out
  * unfiltered  3 paths everywhere and no filter: the fewest whole paths that take longer than nh3ld's
+ * nh3ld-history  nh3ld with light accumulated over frames (denoise.history); the others are without, as in the paper
  *
- * At each place all ways are rendered in turn, COUNTED frames of each; a place's speed-up is the ratio of its medians, and what
+ * At each place all ways are rendered in turn, COUNTED frames of each, but the last: that one alone, from the frames on that lead
+ * there; a place's speed-up is the ratio of its medians, and what
  * stands in the sheet are medians over the places. Errors are the left eye's against 1024 paths a pixel without filter
  * (method.spp where that is above 1: fewer make a shorter run); "fovea" is within 3.3 degrees, as in kim2021.
  *
@@ -26,8 +28,8 @@
 #define NONE ((double)NAN)
 
 enum { COUNTED = 3, TRUTH = 1024 };
-enum way { BASE, NH2LD, NH3LD, PRINTED, HALF = PRINTED, UNFILTERED, WAYS }; /* PRINTED: so many are the paper's */
-static const char *const names[WAYS] = {"base", "nh2ld", "nh3ld", "nh3ld-p0.5", "unfiltered"};
+enum way { BASE, NH2LD, NH3LD, PRINTED, HALF = PRINTED, UNFILTERED, HISTORY, WAYS }; /* PRINTED: so many are the paper's */
+static const char *const names[WAYS] = {"base", "nh2ld", "nh3ld", "nh3ld-p0.5", "unfiltered", "nh3ld-history"};
 
 static const struct size {
     const char *name, *setting[6];
@@ -90,6 +92,7 @@ static void set_way(enum way way)
         set_all(&c->denoise_iterations, 0);
         snprintf(c->denoise_despeckle, sizeof c->denoise_despeckle, "off");
     }
+    if (way != HISTORY) c->denoise_history = 0;
     if (way == NH2LD) c->denoise_iterations.value[1] = c->denoise_iterations.value[2];
     if (way != BASE) return;
     set_all(&c->denoise_spp, c->denoise_spp.value[0]);
@@ -105,6 +108,7 @@ static void open_bench(const struct fv_table_bench *of)
     *truth = *of->config;
     truth->display_eyes = 1;
     truth->denoise_p = 0;
+    truth->denoise_history = 0;
     snprintf(truth->denoise_despeckle, sizeof truth->denoise_despeckle, "off");
     set_all(&truth->denoise_spp, of->config->method_spp > 1 ? (double)of->config->method_spp : TRUTH);
     set_all(&truth->denoise_iterations, 0);
@@ -122,30 +126,52 @@ static void judge(enum way way, int place)
     o->psnr[place] = errors.psnr[FV_ZONE_ALL];
 }
 
+struct times {
+    double ms[WAYS][COUNTED], cpu_ms[WAYS][COUNTED];
+};
+
+/* One of the counted frames. */
+static void render(enum way way, int place, int turn, struct times *t)
+{
+    struct fv_frame_record r;
+    fv_vantage_render(&bench.vantage, &bench.side, FV_VANTAGE_LEAD - COUNTED + turn, &r);
+    t->ms[way][turn] = (double)r.frame_ms;
+    t->cpu_ms[way][turn] = (double)r.cpu_ms;
+    bench.outcome[way].rays[place] = 0;
+    for (int k = 0; k < FV_RAY_MARCH_STEPS; k++) bench.outcome[way].rays[place] += (double)r.rays[k];
+    if (turn == COUNTED - 1) judge(way, place);
+}
+
+/* Light is accumulated over the frames that lead there. */
+static void render_history(int place, struct times *t)
+{
+    struct fv_frame_record r;
+    set_way(HISTORY);
+    fv_loop_settings(&bench.side.own.loop);
+    fv_loop_restart(&bench.side.own.loop);
+    for (int n = 0; n < FV_VANTAGE_LEAD - COUNTED; n++) fv_vantage_render(&bench.vantage, &bench.side, n, &r);
+    for (int turn = 0; turn < COUNTED; turn++) render(HISTORY, place, turn, t);
+}
+
 /* The counted frames, the ways in turn, each time another one first. */
 static void measure_place(int place)
 {
-    double ms[WAYS][COUNTED], cpu_ms[WAYS][COUNTED];
-    struct fv_frame_record r;
+    struct times t;
     fv_vantage_go(&bench.vantage, place);
     fv_vantage_arrive(&bench.vantage, &bench.truth, 1);
     fv_vantage_keep(&bench.vantage, &bench.truth);
     fv_loop_restart(&bench.side.own.loop);
     for (int turn = 0; turn < COUNTED; turn++)
-        for (int i = 0; i < WAYS; i++) {
-            enum way way = (enum way)((i + turn + place) % WAYS);
+        for (int i = 0; i < HISTORY; i++) {
+            enum way way = (enum way)((i + turn + place) % HISTORY);
             set_way(way);
             fv_loop_settings(&bench.side.own.loop);
-            fv_vantage_render(&bench.vantage, &bench.side, FV_VANTAGE_LEAD - COUNTED + turn, &r);
-            ms[way][turn] = (double)r.frame_ms;
-            cpu_ms[way][turn] = (double)r.cpu_ms;
-            bench.outcome[way].rays[place] = 0;
-            for (int k = 0; k < FV_RAY_MARCH_STEPS; k++) bench.outcome[way].rays[place] += (double)r.rays[k];
-            if (turn == COUNTED - 1) judge(way, place);
+            render(way, place, turn, &t);
         }
+    render_history(place, &t);
     for (int w = 0; w < WAYS; w++) {
-        bench.outcome[w].ms[place] = fv_rank_quartiles(ms[w], COUNTED).value;
-        bench.outcome[w].cpu_ms[place] = fv_rank_quartiles(cpu_ms[w], COUNTED).value;
+        bench.outcome[w].ms[place] = fv_rank_quartiles(t.ms[w], COUNTED).value;
+        bench.outcome[w].cpu_ms[place] = fv_rank_quartiles(t.cpu_ms[w], COUNTED).value;
     }
 }
 
@@ -198,7 +224,7 @@ static int measure(int n, const struct fv_table_bench *of, struct fv_sheet *shee
         of->io->progress(of->io->context, what, (double)place / bench.vantage.places);
         measure_place(place);
     }
-    static const enum way order[WAYS] = {NH3LD, NH2LD, HALF, UNFILTERED, BASE}; /* the headline's first */
+    static const enum way order[WAYS] = {NH3LD, NH2LD, HALF, HISTORY, UNFILTERED, BASE}; /* the headline's first */
     for (int w = 0; w < WAYS; w++) add_cells(size, scene, order[w], sheet);
     return 0;
 }

@@ -165,7 +165,7 @@ static const struct fv_method table[] = {
     {"selective-uniform", "extra samples where pixels differ, wherever the eye looks (Jin et al. 2009)", SELECTIVE_PASSES,
      .levels = 1, .measured = 1, .parameters = uniform_parameters},
     {"denoise", "path tracing, sampled and filtered by layers around the gaze (Peres et al. 2023)",
-     .pass = {&fv_pass_distribute, &fv_pass_paths, &fv_pass_fill, &fv_pass_settle, &fv_pass_across_16, &fv_pass_down_16,
+     .pass = {&fv_pass_distribute, &fv_pass_paths, &fv_pass_accumulate, &fv_pass_fill, &fv_pass_settle, &fv_pass_across_16, &fv_pass_down_16,
               &fv_pass_across_8, &fv_pass_down_8, &fv_pass_across_4, &fv_pass_down_4, &fv_pass_across_2, &fv_pass_down_2,
               &fv_pass_across_1, &fv_pass_down_1, &fv_pass_light_up},
      .levels = DENOISE_LEVELS, .measured = DENOISE_LEVELS, .by_paths = true, .parameters = denoise_parameters},

@@ -6,6 +6,7 @@
  *   paths       of every pixel what its ray meets (depth, normal, albedo, emission), of sampled ones light by paths, so many as
  *               the layer takes (sections 3.1 and 3.3): one packet does both, so that surfaces are looked up once;
  *               and how much these vary, which guides the filter (after SVGF, Schied et al. 2017)
+ *   accumulate  their light mixed with the last frame's, where that showed the same place (accumulate.h)
  *   fill, settle  where pixels are left out, their light from those around, before the filter
  *   across, down  one iteration of the filter (atrous.h), steps 16, 8, 4, 2, 1; a layer takes the last so many of them, and
  *               tiles that have no pixel of such a layer cost nothing (section 3.4)
@@ -19,8 +20,9 @@
 enum { FV_PATHS_MAX = 1024 }; /* a pixel, as in denoise.spp */
 
 /* Of a pixel (FV_LAYER, a byte each): its layer, and whether it is sampled. Of a tile (FV_TILE_LAYERS, a byte each, of all eyes):
- * which layers it has, a bit each, and FV_LAYER_HOLES where some pixel is not sampled. Pixels beyond the picture are none. */
-enum { FV_LAYER_NUMBER = 3, FV_LAYER_SAMPLED = 4, FV_LAYER_HOLES = 8 };
+ * which layers it has, a bit each, FV_LAYER_HOLES where some pixel is not sampled, and FV_LAYER_EMPTY where in this frame some
+ * surface has neither light nor history, where light is accumulated. Pixels beyond the picture are none. */
+enum { FV_LAYER_NUMBER = 3, FV_LAYER_SAMPLED = 4, FV_LAYER_HOLES = 8, FV_LAYER_EMPTY = 16 };
 
 /* Once a frame, its views and parameters being set: what layers are to be, and whether those that stand are. */
 void fv_layers_begin(struct fv_frame *frame);

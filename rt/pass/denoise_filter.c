@@ -2,7 +2,8 @@
  *
  * FV_LIGHT always holds what is newest: `across` puts its means into FV_FILTERED, of tiles that take the iteration and of those
  * that their columns reach into; `down` puts those of the former back. In tiles with several layers it is undone where a
- * pixel's layer does not take the iteration. */
+ * pixel's layer does not take the iteration. FV_VARIANCE goes along with FV_LIGHT. */
+#include "rt/pass/accumulate.h"
 #include "rt/pass/denoise.h"
 
 #include <string.h>
@@ -62,9 +63,14 @@ static void copy_tile(struct fv_frame *f, const struct fv_tile *tile, enum fv_bu
 
 /* ---- pixels that are left out ---- */
 
+static bool has_holes(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    return layers_of(f, tile->index) & (fv_accumulates(f) ? FV_LAYER_EMPTY : FV_LAYER_HOLES);
+}
+
 static int fill(struct fv_frame *f, const struct fv_tile *tile)
 {
-    if (!(layers_of(f, tile->index) & FV_LAYER_HOLES)) return 0;
+    if (!has_holes(f, tile)) return 0;
     struct fv_atrous a = atrous_of(f, tile, FV_ATROUS_FILL, 1, false);
     f->kernels->atrous(&a);
     return 1;
@@ -72,7 +78,7 @@ static int fill(struct fv_frame *f, const struct fv_tile *tile)
 
 static int settle(struct fv_frame *f, const struct fv_tile *tile)
 {
-    if (!(layers_of(f, tile->index) & FV_LAYER_HOLES)) return 0;
+    if (!has_holes(f, tile)) return 0;
     copy_tile(f, tile, FV_FILTERED, FV_LIGHT);
     if (f->buffer[FV_VARIANCE][0]) copy_tile(f, tile, FV_FILTERED_VARIANCE, FV_VARIANCE);
     return 1;
@@ -80,7 +86,8 @@ static int settle(struct fv_frame *f, const struct fv_tile *tile)
 
 static const char *no_holes(const struct fv_config *c)
 {
-    return c->denoise_p > 0 || strcmp(c->budget_adapt, "on") == 0 ? NULL : "denoise.p is 0: every pixel is sampled";
+    bool turns = c->denoise_rate > 1 && c->denoise_history > 0;
+    return c->denoise_p > 0 || turns || strcmp(c->budget_adapt, "on") == 0 ? NULL : "denoise.p is 0: every pixel is sampled";
 }
 
 static void expect_holes(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings, double units[2])

@@ -38,10 +38,25 @@ double fv_layer_square(const double centre[2], double r, int width, int height)
     return r * r;
 }
 
+/* Steady light is kept apart where it is of all layers: pixels of the others would get it by the filter. Light of a frame where it
+ * was otherwise is no history. */
+static void set_apart(struct fv_frame *f)
+{
+    int least = FV_PATHS_MAX;
+    for (int n = 0; n < FV_LAYERS; n++) {
+        int spp = f->parameters.layer_spp[n];
+        if (spp > 0 && spp < least) least = spp;
+    }
+    bool apart = f->denoise.apart && f->tracer->data->lights <= least;
+    if (apart != f->light_apart) f->has_mean = false;
+    f->light_apart = apart;
+}
+
 void fv_layers_begin(struct fv_frame *f)
 {
     const struct fv_parameters *p = &f->parameters;
     if (!f->buffer[FV_LAYER][0]) return;
+    set_apart(f);
     for (int e = 0; e < f->eyes; e++) {
         struct fv_layers *l = &f->layers[e];
         struct fv_layers_of of;

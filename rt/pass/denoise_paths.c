@@ -1,4 +1,5 @@
 /* denoise_paths: the passes paths and compose: light by paths and what it falls on, and both together; see denoise.h. */
+#include "rt/pass/accumulate.h"
 #include "rt/pass/denoise.h"
 
 #include <math.h>
@@ -38,17 +39,6 @@ static void keep(const struct fv_frame *f, const struct fv_tile *tile, uint64_t 
             memcpy(to + fv_block_row(f, tile, __builtin_ctzll(blocks), y), from, FV_BLOCK * sizeof *from);
 }
 
-/* Steady light is kept apart where it is of all layers: pixels of the others would get it by the filter. */
-static bool apart(const struct fv_frame *f)
-{
-    int least = FV_PATHS_MAX;
-    for (int n = 0; n < FV_LAYERS; n++) {
-        int spp = f->parameters.layer_spp[n];
-        if (spp > 0 && spp < least) least = spp;
-    }
-    return f->denoise.apart && f->tracer->data->lights <= least;
-}
-
 /* How many paths each sample takes, less than none (struct fv_samples) of those that are left out: of all, in a stand-in. None beyond
  * the picture. */
 static int ask(const struct fv_frame *f, const struct fv_tile *tile, struct fv_samples *s, bool stand_in)
@@ -59,7 +49,7 @@ static int ask(const struct fv_frame *f, const struct fv_tile *tile, struct fv_s
         int x = (int)s->x[i], y = (int)s->y[i];
         bool within = x < f->width && y < f->height;
         int of = within ? layer[y * f->stride + x] : 0, n = within ? f->parameters.layer_spp[of & FV_LAYER_NUMBER] : 0;
-        bool sampled = (of & FV_LAYER_SAMPLED) && !stand_in;
+        bool sampled = (of & FV_LAYER_SAMPLED) && !stand_in && fv_layer_due(f, tile->eye, of & FV_LAYER_NUMBER, x, y);
         s->paths[i] = sampled ? n : -n;
         paths += sampled ? n : 0;
     }
@@ -143,7 +133,7 @@ static void trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t block
     bool sorted = sort(s);
     s->identified = true;
     s->bounces = f->denoise.bounces;
-    s->apart = apart(f);
+    s->apart = f->light_apart;
     s->noise = f->noise;
     k->paths(f->tracer, &f->view[tile->eye], s, 2 * (uint32_t)f->number + (uint32_t)tile->eye, w->rays);
     s->identified = false;
@@ -157,9 +147,10 @@ static void trace(struct fv_frame *f, const struct fv_tile *tile, uint64_t block
         if (s->paths[i] <= 0 || !(s->inverse_depth[i] > 0)) light[i] = FV_LIGHT_NONE;
     keep(f, tile, blocks, sorted, FV_COLOUR, w->pixel[FV_PLANE_BASE]);
     keep(f, tile, blocks, sorted, FV_ALBEDO, w->pixel[FV_PLANE_ALBEDO]);
-    keep(f, tile, blocks, sorted, FV_LIGHT, light);
+    keep(f, tile, blocks, sorted, fv_accumulates(f) ? FV_FILTERED : FV_LIGHT, light);
     keep(f, tile, blocks, sorted, FV_DEPTH, s->inverse_depth);
     keep(f, tile, blocks, sorted, FV_FACING, s->facing);
+    if (fv_accumulates(f) && f->tracer->instances > 0) keep(f, tile, blocks, sorted, FV_TRACK, s->identity);
 }
 
 static int run(struct fv_frame *f, const struct fv_tile *tile)
@@ -185,11 +176,12 @@ static void stand_in(struct fv_frame *f, const struct fv_tile *tile)
 static void expect(const struct fv_frame *f, const struct fv_parameters *p, const struct fv_rings *rings, double units[2])
 {
     struct fv_foveal share = p->foveal;
-    (void)f;
+    double outer = f->has_mean && fv_accumulates(f) ? 1.0 / f->denoise.rate : 1;
     for (int d = 0; d < FV_DEGREES; d++) {
         float e = (float)d + 0.5f;
         int layer = e <= share.r0_deg ? 0 : e <= share.r1_deg ? 1 : 2;
-        units[0] += (double)rings->pixels[d] * (double)fv_foveal_probability(&share, e) * p->layer_spp[layer];
+        double due = layer == FV_LAYERS - 1 ? outer : 1;
+        units[0] += due * (double)rings->pixels[d] * (double)fv_foveal_probability(&share, e) * p->layer_spp[layer];
     }
 }
 
@@ -197,6 +189,7 @@ const struct fv_pass fv_pass_paths = {
     .name = "paths",
     .reads = FV_BIT(FV_LAYER),
     .writes = FV_BIT(FV_COLOUR) | FV_BIT(FV_ALBEDO) | FV_BIT(FV_LIGHT) | FV_BIT(FV_DEPTH) | FV_BIT(FV_FACING) | FV_BIT(FV_VARIANCE),
+    .offers = FV_BIT(FV_FILTERED) | FV_BIT(FV_TRACK), /* light, where it is accumulated */
     .needs = FV_NEEDS_GAZE | FV_NEEDS_NOISE,
     .order = FV_ORDER_NEED,
     .run = run,
@@ -213,7 +206,10 @@ static int compose(struct fv_frame *f, const struct fv_tile *tile)
         f->kernels->unpack_light((const uint32_t *)f->buffer[FV_LIGHT][tile->eye] + row, light[0], light[1], light[2], FV_TILE);
         f->kernels->light_up(colour, (const uint32_t *)f->buffer[FV_ALBEDO][tile->eye] + row, light[0], light[1], light[2],
                              colour, FV_TILE);
-        for (int x = 0; x < FV_TILE; x++) colour[x] |= layer[x] & FV_LAYER_SAMPLED ? FV_PIXEL_SAMPLED : 0;
+        for (int x = 0; x < FV_TILE; x++) {
+            bool due = fv_layer_due(f, tile->eye, layer[x] & FV_LAYER_NUMBER, tile->x0 + x, tile->y0 + y);
+            colour[x] |= layer[x] & FV_LAYER_SAMPLED && due ? FV_PIXEL_SAMPLED : 0;
+        }
     }
     return 1;
 }

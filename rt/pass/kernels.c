@@ -29,6 +29,7 @@
     void fv_smooth_##isa(const struct fv_smooth *);                                                              \
     void fv_reuse_##isa(struct fv_reuse *);                                                                      \
     void fv_atrous_##isa(const struct fv_atrous *);                                                              \
+    void fv_accumulate_##isa(struct fv_accumulate *);                                                            \
     void fv_pack_light_##isa(const float *, const float *, const float *, float, uint32_t *, int);               \
     void fv_unpack_light_##isa(const uint32_t *, float *, float *, float *, int);                                \
     void fv_even_out_##isa(struct fv_variances *);                                                              \
@@ -57,7 +58,7 @@
         .contrast = fv_pyramid_contrast_##isa, .repaint = fv_pyramid_repaint_##isa,                              \
         .smooth = fv_smooth_##isa, .reuse = fv_reuse_##isa,                                                      \
         .atrous = fv_atrous_##isa, .pack_light = fv_pack_light_##isa, .unpack_light = fv_unpack_light_##isa,     \
-        .even_out = fv_even_out_##isa, .light_up = fv_light_up_##isa,                                                                           \
+        .even_out = fv_even_out_##isa, .light_up = fv_light_up_##isa, .accumulate = fv_accumulate_##isa,           \
         .halve = fv_halve_##isa, .double_row = fv_double_row_##isa, .present = fv_pixel_present_##isa            \
     }
 #define ROWS(isa, narrow)                                                                                        \

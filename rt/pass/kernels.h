@@ -21,6 +21,7 @@ struct fv_smooth;         /* rt/pass/smooth.h */
 struct fv_reuse;          /* rt/pass/reuse.h */
 struct fv_atrous;         /* rt/pass/atrous.h */
 struct fv_variances;      /* rt/pass/denoise.h */
+struct fv_accumulate;     /* rt/pass/accumulate.h */
 
 struct fv_kernels {
     /* Traces and shades samples [0, count); seed: changes the random numbers of sampled light.
@@ -79,6 +80,9 @@ struct fv_kernels {
     void (*atrous)(const struct fv_atrous *rectangle);
     void (*pack_light)(const float *red, const float *green, const float *blue, float scale, uint32_t *light, int n);
     void (*unpack_light)(const uint32_t *light, float *red, float *green, float *blue, int n);
+
+    /* A tile's light mixed with the last frame's; see accumulate.h. */
+    void (*accumulate)(struct fv_accumulate *tile);
 
     /* Pixels of base + albedo * light; `pixel` may be one of the others; n and the arrays padded to the width. */
     void (*light_up)(const uint32_t *base, const uint32_t *albedo, const float *red, const float *green, const float *blue,

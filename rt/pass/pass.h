@@ -74,6 +74,10 @@ enum fv_buffer {
     FV_DEPTH,
     FV_LIGHT,          /* that falls on it (pass/atrous.h); and that again, half way through an iteration of the filter */
     FV_FILTERED,
+    FV_MEAN,           /* light before the filter, accumulated over frames (pass/accumulate.h); what it is of */
+    FV_TRACK,
+    FV_HISTORY_MEAN,   /* the frame before's: swapped with the two above and FV_FACING after each frame */
+    FV_HISTORY_TRACK,
     FV_VARIANCE,       /* of the brightness of FV_LIGHT, times the exposure squared, float; the same of FV_FILTERED */
     FV_FILTERED_VARIANCE,
     FV_PICTURE,        /* 8-bit picture for the display */
@@ -132,6 +136,8 @@ struct fv_selective {
 struct fv_denoise {
     int bounces;
     bool apart;                                      /* light that chance has no part in is not filtered */
+    int history;                                     /* frames that light is accumulated over (pass/accumulate.h); 0: none */
+    int rate;                                        /* frames in which the outer layer's pixels take paths once */
     bool despeckle;                                  /* lone bright pixels are taken down before the filter */
     float sigma_light, sigma_normal, sigma_position; /* pass/atrous.h */
     float deviations;                                /* instead of sigma_light where variances are known */
@@ -230,6 +236,8 @@ struct fv_frame {
     int64_t stride, rows;        /* of the pixel buffers: whole tiles */
     int spacing;                 /* the parameters'; stride / spacing nodes a row */
     bool keeps_history, has_history, overlay;
+    bool has_mean;               /* the last frame's accumulated light is there */
+    bool light_apart;            /* in this frame, what points and suns send is part of FV_COLOUR, not of FV_LIGHT */
     bool refined;                /* pixels of the central region are put together by refine */
     bool keep;                   /* history is kept in the fovea and in resampled blocks too */
     bool support_counts;         /* support nodes are among the samples that the foveal function asks for */
@@ -323,7 +331,7 @@ struct fv_pass {
 
 extern const struct fv_pass fv_pass_sample_all, fv_pass_support, fv_pass_select, fv_pass_reproject,
     fv_pass_sample, fv_pass_march, fv_pass_mask, fv_pass_trace, fv_pass_compose, fv_pass_sharpen, fv_pass_gather,
-    fv_pass_reuse, fv_pass_refine, fv_pass_smooth, fv_pass_distribute, fv_pass_paths, fv_pass_fill, fv_pass_settle,
+    fv_pass_reuse, fv_pass_refine, fv_pass_smooth, fv_pass_distribute, fv_pass_paths, fv_pass_accumulate, fv_pass_fill, fv_pass_settle,
     fv_pass_across_16, fv_pass_down_16, fv_pass_across_8, fv_pass_down_8, fv_pass_across_4, fv_pass_down_4,
     fv_pass_across_2, fv_pass_down_2, fv_pass_across_1, fv_pass_down_1, fv_pass_light_up, fv_pass_present;
 

@@ -16,8 +16,9 @@ static const struct {
     {"columns-reproject", "--set scene.name=columns --set method.name=reproject"},
     {"temple-full", "--set scene.name=temple --set method.name=full"},
     {"cornell-selective", "--set scene.name=cornell --set method.name=selective --set selective.periphery=every --set selective.smooth=0"},
-    {"cornell-denoise", "--set scene.name=cornell --set method.name=denoise --set denoise.p=0.5"},
+    {"cornell-denoise", "--set scene.name=cornell --set method.name=denoise --set denoise.p=0.5 --set denoise.history=0"},
     {"atrium-selective", "--set scene.name=atrium --set method.name=selective --set selective.smooth=0"},
+    {"cornell-history", "--set scene.name=cornell --set method.name=denoise"},
 };
 static const char *const isas[] = {"base", "avx2", "avx512"};
 

@@ -244,7 +244,7 @@ static void selective_has_its_table(void **state)
 /* Tiny pictures: rows and quantities, the paper's numbers, and that fewer paths are fewer rays. */
 static void denoise_has_its_table(void **state)
 {
-    static const char *const ways[] = {"base", "nh2ld", "nh3ld", "nh3ld-p0.5", "unfiltered"};
+    static const char *const ways[] = {"base", "nh2ld", "nh3ld", "nh3ld-p0.5", "unfiltered", "nh3ld-history"};
     char cell[96];
     (void)state;
     struct program_result r = program("measure --table peres2023 --part fhd-atrium --frames 1 --set display.width=64 --set display.height=48 "
