@@ -12,6 +12,7 @@ static int rest(int all, int from)
 static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
     int e = tile->eye;
+    bool moved = f->tracer->moved && f->denoise.history > FV_ACCUMULATE_MOVED;
     if (!fv_accumulates(f)) return 0;
     struct fv_accumulate a = {.x = tile->x0,
                               .y = tile->y0,
@@ -20,7 +21,7 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
                               .width = f->width,
                               .height = f->height,
                               .stride = f->stride,
-                              .most = f->denoise.history,
+                              .most = moved ? FV_ACCUMULATE_MOVED : f->denoise.history,
                               .seed = 2 * (uint32_t)f->number + (uint32_t)e,
                               .moves = f->tracer->instances > 0,
                               .epsilon = f->epsilon_depth,

@@ -33,6 +33,9 @@ enum { FV_TRACK_OBJECT_SHIFT = 8, FV_TRACK_FRAMES = 255 };
 
 #define FV_ACCUMULATE_SIGMAS 3.0f
 
+/* Frames at most where lights of the scene move: light and shadows are nowhere the same for long. */
+enum { FV_ACCUMULATE_MOVED = 3 };
+
 /* A tile's part of the picture. Planes are the picture's, from its pixel (0, 0) on, 64 bytes beyond them readable; those of the
  * last frame NULL where there is none. */
 struct fv_accumulate {
