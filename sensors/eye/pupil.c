@@ -69,14 +69,20 @@ size_t fv_pupil_scratch_bytes(int width, int height)
     return whole + 2 * 64 * (size_t)(width + height) + (size_t)15 * REGION_SIDE * (REGION_SIDE + 16);
 }
 
+/* In working pixels, rounded down; limits that are no number are 0. */
+static int radius_of(double width, int scale)
+{
+    return (int)fmin(fmax(width, 0) / (2 * scale), FV_PUPIL_SIDE);
+}
+
 static void search(const struct fv_eye_frame *frame, const struct fv_pupil_limits *limits, int side,
                    void *scratch, struct fv_pupil *pupil)
 {
     struct fv_pupil_work work;
     memset(pupil, 0, sizeof *pupil);
     lay_out(frame->width, frame->height, side, &work, scratch);
-    work.least = (int)fmax(limits->least, width_least * work.scale) / (2 * work.scale);
-    work.most = (int)(limits->most / (2 * work.scale));
+    work.least = radius_of(fmax(limits->least, width_least * work.scale), work.scale);
+    work.most = radius_of(limits->most, work.scale);
     /* Too small for an outline with something around it. */
     int room = 2 * work.least + 2 * FV_PUPIL_BORDER;
     if (work.least < 1 || work.most < work.least || work.width < room || work.height < room) return;
@@ -86,14 +92,18 @@ static void search(const struct fv_eye_frame *frame, const struct fv_pupil_limit
     pupil->found = pupil->confidence >= FV_PUPIL_CONFIDENT;
 }
 
+static int within(double at, int size)
+{
+    return (int)fmin(fmax(at, 0), size);
+}
+
 /* Around the last pupil; false where it is not found there. */
 static bool follow(const struct fv_eye_frame *frame, const struct fv_pupil *last, void *scratch,
                    struct fv_pupil *pupil)
 {
     double half = fmax(region_share * last->major, REGION_LEAST);
-    int left = (int)fmax(last->x - half, 0), top = (int)fmax(last->y - half, 0);
-    int right = (int)fmin(last->x + half + 1, frame->width),
-        bottom = (int)fmin(last->y + half + 1, frame->height);
+    int left = within(last->x - half, frame->width), right = within(last->x + half + 1, frame->width);
+    int top = within(last->y - half, frame->height), bottom = within(last->y + half + 1, frame->height);
     if (left >= right || top >= bottom) return false;
     struct fv_eye_frame region = {frame->pixels + top * frame->stride + left, right - left, bottom - top,
                                   frame->stride};

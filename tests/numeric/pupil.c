@@ -254,7 +254,8 @@ static void following(void **state)
 static void regions_off_the_frame(void **state)
 {
     (void)state;
-    static const double places[][2] = {{-500, 20}, {20, 1e9}, {5000, 5000}, {-1e12, -1e12}};
+    static const double places[][2] = {{-500, 20},     {20, 1e9},          {5000, 5000},
+                                       {-1e12, -1e12}, {1e300, -INFINITY}, {NAN, NAN}};
     for (unsigned i = 0; i < COUNT(places); i++) {
         struct fv_pupil_track track = {.last = {true, places[i][0], places[i][1], 60, 50, 0, 1}};
         struct drawn d = blank(100, 80, 100, 90);
@@ -317,6 +318,27 @@ static void points_on_no_ellipse(void **state)
     if (fv_ellipse_fit(point, 20, &e)) assert_true(isfinite(e.x + e.y + e.a) && e.b > 0);
 }
 
+/* Limits that are no limits find nothing, or what there is. */
+static void odd_limits(void **state)
+{
+    (void)state;
+    static const struct fv_pupil_limits table[] = {{NAN, NAN}, {0, INFINITY}, {INFINITY, INFINITY}, {-5, -3},
+                                                   {100, 50},  {0, 1e300},    {1e300, 0},           {0, 0}};
+    struct drawn d = blank(320, 240, 320, 90);
+    struct fv_ellipse e = {150, 120, 20, 18, 1, 0};
+    draw(&d, &e, 20, 3);
+    void *scratch = aligned_alloc(64, (fv_pupil_scratch_bytes(320, 240) + 63) & ~(size_t)63);
+    for (unsigned i = 0; i < COUNT(table); i++) {
+        struct fv_eye_frame frame = {d.pixels, 320, 240, 320};
+        struct fv_pupil p;
+        fv_pupil_find(&frame, &table[i], NULL, scratch, &p);
+        sane(&p);
+        assert_true(p.found == (table[i].least == 0 && table[i].most > 100));
+    }
+    free(scratch);
+    free(d.pixels);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -328,6 +350,7 @@ int main(void)
         cmocka_unit_test(huge_frames_end),
         cmocka_unit_test(following),
         cmocka_unit_test(regions_off_the_frame),
+        cmocka_unit_test(odd_limits),
         cmocka_unit_test(ellipses_through_points),
         cmocka_unit_test(points_on_no_ellipse),
     };
