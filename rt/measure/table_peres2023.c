@@ -160,12 +160,13 @@ static void measure_place(int place)
     fv_vantage_go(&bench.vantage, place);
     fv_vantage_arrive(&bench.vantage, &bench.truth, 1);
     fv_vantage_keep(&bench.vantage, &bench.truth);
-    fv_loop_restart(&bench.side.own.loop);
     for (int turn = 0; turn < COUNTED; turn++)
         for (int i = 0; i < HISTORY; i++) {
             enum way way = (enum way)((i + turn + place) % HISTORY);
             set_way(way);
             fv_loop_settings(&bench.side.own.loop);
+            fv_loop_restart(&bench.side.own.loop);
+            bench.side.own.loop.frame.number = turn; /* the same random numbers for all */
             render(way, place, turn, &t);
         }
     render_history(place, &t);
