@@ -54,7 +54,7 @@ int fv_table_page_peres2023(struct fv_writer *out, const struct fv_table_report 
         {"nh3ld-p0.5", "Half of the outer layer's pixels left out. The paper has no such row."},
         {"unfiltered", "3 paths everywhere, no filter: a little slower than nh3ld. The paper has no such row."},
         {"nh3ld-history", "nh3ld, light accumulated over the frames that lead to each place. The paper has no such row."},
-        {"Errors", "The left eye's, against 1024 paths a pixel without a filter. Fovea: within 3.3\xC2\xB0 of the gaze, which is straight ahead."},
+        {"Errors", "The left eye's, against 1024 paths a pixel without a filter, or as many as method.spp says. Fovea: within 3.3\xC2\xB0 of the gaze, which is straight ahead."},
         {"Places", "Along the scene's path; numbers are medians over them. At each all ways are rendered in turn, three frames each."},
         {"Scenes", "Sponza is the paper's, with a sun of ours. forest is ours, after its own; atrium is ours and stands for its Pink Room, without numbers beside it."},
         {"Paper", "Peres et al. 2023, on a GeForce RTX 2080; it does not say of which size its errors are."},
