@@ -15,19 +15,20 @@ enum { PICTURES = FV_SWEEP_SEGMENTS + FV_SWEEP_SEGMENTS / 2 };
 static const char about_name[] = "about.txt",
                   about_form[] = "foveola-reference 1\nkey %31s\nsamples %d\nagreement %lf\n";
 
-static void set_samples(struct fv_config *c, int spp)
-{
-    c->method_spp = spp;
-    for (int n = 0; n < c->denoise_spp.count; n++) c->denoise_spp.value[n] = spp;
-}
-
-/* Paths as they come: no filter, nothing left out, nothing taken down. */
-static void set_paths(struct fv_config *c)
+void fv_reference_paths(struct fv_config *c, int spp)
 {
     c->denoise_p = 0;
     c->denoise_history = 0;
     snprintf(c->denoise_despeckle, sizeof c->denoise_despeckle, "off");
+    for (int n = 0; n < c->denoise_spp.count; n++) c->denoise_spp.value[n] = spp;
     for (int n = 0; n < c->denoise_iterations.count; n++) c->denoise_iterations.value[n] = 0;
+}
+
+/* Of whichever method it is by. */
+static void set_samples(struct fv_config *c, int spp)
+{
+    c->method_spp = spp;
+    fv_reference_paths(c, spp);
 }
 
 void fv_reference_open(struct fv_reference *r, const struct fv_config *config, bool by_paths, const struct fv_tracer *tracer,
@@ -38,7 +39,6 @@ void fv_reference_open(struct fv_reference *r, const struct fv_config *config, b
     *r = (struct fv_reference){.config = *config, .workers = workers};
     r->config.display_eyes = 1;
     set_samples(&r->config, 1);
-    if (by_paths) set_paths(&r->config);
     fv_frame_size(f, &r->config);
     fv_plan_make(&r->plan, fv_method_find(by_paths ? "denoise" : "full"), tracer->data, &r->config, f);
     fv_loop_open(&r->loop, &r->config, &r->plan, tracer, workers, &r->session, 1);

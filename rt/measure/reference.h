@@ -50,6 +50,10 @@ struct fv_reference {
     struct fv_reference_segment segment[FV_SWEEP_SEGMENTS];
 };
 
+/* Settings of denoise as its pictures are judged by: so many paths a pixel as they come, each frame alone; no filter, nothing left
+ * out, nothing taken down. */
+void fv_reference_paths(struct fv_config *config, int spp);
+
 /* Takes the memory. `by_paths`: by paths of the method denoise, without its filter, instead of `full`. */
 void fv_reference_open(struct fv_reference *reference, const struct fv_config *config, bool by_paths,
                        const struct fv_tracer *tracer, struct fv_workers *workers);

@@ -87,11 +87,7 @@ static void set_way(enum way way)
     struct fv_config *c = &bench.side.config;
     *c = bench.config;
     c->denoise_p = way == HALF ? 0.5 : 0;
-    if (way == UNFILTERED) {
-        set_all(&c->denoise_spp, 3);
-        set_all(&c->denoise_iterations, 0);
-        snprintf(c->denoise_despeckle, sizeof c->denoise_despeckle, "off");
-    }
+    if (way == UNFILTERED) fv_reference_paths(c, 3);
     if (way != HISTORY) c->denoise_history = 0;
     if (way == NH2LD) c->denoise_iterations.value[1] = c->denoise_iterations.value[2];
     if (way != BASE) return;
@@ -107,11 +103,7 @@ static void open_bench(const struct fv_table_bench *of)
     fv_vantage_side_open(&bench.vantage, &bench.side, "denoise");
     *truth = *of->config;
     truth->display_eyes = 1;
-    truth->denoise_p = 0;
-    truth->denoise_history = 0;
-    snprintf(truth->denoise_despeckle, sizeof truth->denoise_despeckle, "off");
-    set_all(&truth->denoise_spp, of->config->method_spp > 1 ? (double)of->config->method_spp : TRUTH);
-    set_all(&truth->denoise_iterations, 0);
+    fv_reference_paths(truth, of->config->method_spp > 1 ? (int)of->config->method_spp : TRUTH);
     fv_vantage_side_open(&bench.vantage, &bench.truth, "denoise");
 }
 

@@ -4,11 +4,6 @@
 #include "config/config.h"
 #include "rt/pass/denoise.h"
 
-static int rest(int all, int from)
-{
-    return all - from < FV_TILE ? all - from : FV_TILE;
-}
-
 static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
     int e = tile->eye;
@@ -16,8 +11,8 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     if (!fv_accumulates(f)) return 0;
     struct fv_accumulate a = {.x = tile->x0,
                               .y = tile->y0,
-                              .columns = rest(f->width, tile->x0),
-                              .rows = rest(f->height, tile->y0),
+                              .columns = fv_tile_rest(f->width, tile->x0),
+                              .rows = fv_tile_rest(f->height, tile->y0),
                               .width = f->width,
                               .height = f->height,
                               .stride = f->stride,

@@ -32,6 +32,12 @@ void fv_layers_begin(struct fv_frame *frame);
  * Table 1. */
 double fv_layer_square(const double centre[2], double radius_px, int width, int height);
 
+/* Of a tile that begins at `from`, how many of its columns or rows lie in a picture of `all`. */
+static inline int fv_tile_rest(int all, int from)
+{
+    return all - from < FV_TILE ? all - from : FV_TILE;
+}
+
 /* Whether pixels of this layer take the iteration of step 1 << k. */
 static inline bool fv_layer_takes(const struct fv_parameters *p, int layer, int k)
 {

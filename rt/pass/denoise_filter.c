@@ -10,11 +10,6 @@
 
 #define VARIANCES (FV_BIT(FV_VARIANCE) | FV_BIT(FV_FILTERED_VARIANCE))
 
-static int rest(int all, int from)
-{
-    return all - from < FV_TILE ? all - from : FV_TILE;
-}
-
 static struct fv_atrous atrous_of(const struct fv_frame *f, const struct fv_tile *tile, enum fv_atrous_taps taps, int step,
                                   bool back)
 {
@@ -23,8 +18,8 @@ static struct fv_atrous atrous_of(const struct fv_frame *f, const struct fv_tile
                               .step = step,
                               .x = tile->x0,
                               .y = tile->y0,
-                              .columns = rest(f->width, tile->x0),
-                              .rows = rest(f->height, tile->y0),
+                              .columns = fv_tile_rest(f->width, tile->x0),
+                              .rows = fv_tile_rest(f->height, tile->y0),
                               .width = f->width,
                               .height = f->height,
                               .stride = f->stride,

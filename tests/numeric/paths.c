@@ -7,7 +7,6 @@
 #include "rt/fovea/foveal.h"
 
 static struct fv_samples samples;
-static const char *const isas[] = {"base", "avx2", "avx512"};
 
 /* A closed box, 2 m a side, of one material. */
 static void box(struct small_scene *s, const struct fv_material *of)
@@ -17,17 +16,6 @@ static void box(struct small_scene *s, const struct fv_material *of)
                                         {-1, -1, -1, 0, 2, 0, 0, 0, 2}, {1, -1, -1, 0, 0, 2, 0, 2, 0}};
     int material = fv_build_material(s->build, of);
     for (int i = 0; i < 6; i++) small_plate(s, plates[i], plates[i] + 3, plates[i] + 6, 3, material);
-}
-
-/* The tracer for an instruction set, false where this machine has not got it. */
-static bool reopen(struct small_scene *s, int isa)
-{
-    struct fv_error error;
-    if (isa > (int)fv_cpu_isa()) return false;
-    fv_tracer_close(&s->tracer);
-    snprintf(s->config.threads_isa, sizeof s->config.threads_isa, "%s", isas[isa]);
-    if (fv_tracer_open(&s->tracer, &s->scene, &s->config, &error)) fail_msg("%s", error.text);
-    return true;
 }
 
 static void trace(const struct small_scene *s, int bounces, int paths, uint32_t frame)
@@ -61,7 +49,7 @@ static void furnace(void **state)
     box(&s, &m);
     small_finish(&s);
     for (int c = 0; c < 3; c++) s.scene.ambient[c] = 0;
-    for (int isa = 0; isa < 3 && reopen(&s, isa); isa++)
+    for (int isa = 0; isa < 3 && small_reopen(&s, isa); isa++)
         for (int k = 0; k < 3; k++) {
             double sum = 0, missing = pow(0.5, bounces[k] + 1), off;
             enum { FRAMES = 4, PATHS = 8 };
@@ -70,7 +58,7 @@ static void furnace(void **state)
                 sum += (mean_of(samples.red) + 0.5 * mean_of(samples.light_red)) / FRAMES;
             }
             off = sum - (1 - missing);
-            print_message("furnace (%s), %d bounces: %.5f, %.5f short of 1; %+.5f off what is expected\n", isas[isa], bounces[k],
+            print_message("furnace (%s), %d bounces: %.5f, %.5f short of 1; %+.5f off what is expected\n", small_isas[isa], bounces[k],
                           sum, 1 - sum, off);
             assert_true(fabs(off) < (bounces[k] == 1 ? 1e-5 : 2e-3));
         }
@@ -107,7 +95,7 @@ static void lights_stand_for_all(int paths)
     small_finish(&s);
     for (int c = 0; c < 3; c++) s.scene.ambient[c] = 0;
     add_lights(&s, 4);
-    for (int isa = 0; isa < 3 && reopen(&s, isa); isa++) {
+    for (int isa = 0; isa < 3 && small_reopen(&s, isa); isa++) {
         double sum[3] = {0};
         enum { FRAMES = 64 };
         for (uint32_t frame = 0; frame < FRAMES; frame++) {
@@ -125,7 +113,7 @@ static void lights_stand_for_all(int paths)
         fv_kernels(s.tracer.isa)->trace(&s.tracer, &view, &samples, 0, rays);
         double want[3] = {mean_of(samples.red), mean_of(samples.green), mean_of(samples.blue)};
         for (int c = 0; c < 3; c++) {
-            print_message("%d paths for four lights (%s): %.4f, all: %.4f\n", paths, isas[isa], sum[c], want[c]);
+            print_message("%d paths for four lights (%s): %.4f, all: %.4f\n", paths, small_isas[isa], sum[c], want[c]);
             assert_true(fabs(sum[c] / want[c] - 1) < 0.01);
         }
     }
@@ -180,7 +168,7 @@ static void few_of_many_stand_for_all(void **state)
     small_plate(&s, (double[]){-9, -9, -1}, (double[]){18, 0, 0}, (double[]){0, 18, 0}, 3, fv_build_material(s.build, &m));
     small_finish(&s);
     for (int c = 0; c < 3; c++) s.scene.ambient[c] = 0;
-    for (int isa = 0; isa < 3 && reopen(&s, isa); isa++)
+    for (int isa = 0; isa < 3 && small_reopen(&s, isa); isa++)
         for (enum crowd crowd = 0; crowd < CROWDS; crowd++) {
             double sum[3] = {0};
             enum { FRAMES = 64 };
@@ -197,7 +185,7 @@ static void few_of_many_stand_for_all(void **state)
             fv_kernels(s.tracer.isa)->trace(&s.tracer, &view, &samples, 0, rays);
             double want[3] = {mean_of(samples.red), mean_of(samples.green), mean_of(samples.blue)};
             for (int c = 0; c < 3; c++) {
-                if (c == 0) print_message("80 lights, crowd %d (%s): %.5g, all: %.5g\n", (int)crowd, isas[isa], sum[c], want[c]);
+                if (c == 0) print_message("80 lights, crowd %d (%s): %.5g, all: %.5g\n", (int)crowd, small_isas[isa], sum[c], want[c]);
                 assert_true(crowd == BEHIND ? sum[c] == 0 && want[c] == 0 : fabs(sum[c] / want[c] - 1) < 0.004);
             }
         }
@@ -284,7 +272,7 @@ static void odd_lights(void **state)
     box(&s, &m);
     small_finish(&s);
     add_lights(&s, 4);
-    for (int isa = 0; isa < 3 && reopen(&s, isa); isa++)
+    for (int isa = 0; isa < 3 && small_reopen(&s, isa); isa++)
         for (int lights = 0; lights <= 4; lights++)
             for (unsigned k = 0; k < sizeof odd / sizeof *odd; k++) {
                 add_lights(&s, lights);
@@ -317,7 +305,7 @@ static void paths_by_sample(void **state)
     box(&s, &m);
     small_finish(&s);
     add_lights(&s, 2);
-    assert_true(reopen(&s, (int)s.tracer.isa));
+    assert_true(small_reopen(&s, (int)s.tracer.isa));
     small_grid(&samples, &view);
     samples.bounces = 1;
     samples.noise = fv_noise();

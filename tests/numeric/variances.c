@@ -7,18 +7,7 @@
 #include "rt/fovea/foveal.h"
 
 static struct fv_samples samples;
-static const char *const isas[] = {"base", "avx2", "avx512"};
 static const double at[3] = {0.1, 0.2, 1.5}, ahead[4] = {1, 0, 0, 0};
-
-static bool reopen(struct small_scene *s, int isa)
-{
-    struct fv_error error;
-    if (isa > (int)fv_cpu_isa()) return false;
-    fv_tracer_close(&s->tracer);
-    snprintf(s->config.threads_isa, sizeof s->config.threads_isa, "%s", isas[isa]);
-    if (fv_tracer_open(&s->tracer, &s->scene, &s->config, &error)) fail_msg("%s", error.text);
-    return true;
-}
 
 /* A floor and a wall, two points and an area light. */
 static void open_room(struct small_scene *s, int lights)
@@ -64,7 +53,7 @@ static void paths_tell_how_they_vary(void **state)
     static const int paths[] = {2, 4, 8};
     enum { FRAMES = 128 };
     open_room(&s, 3);
-    for (int isa = 0; isa < 3 && reopen(&s, isa); isa++)
+    for (int isa = 0; isa < 3 && small_reopen(&s, isa); isa++)
         for (int k = 0; k < 3; k++) {
             double told = 0, is = 0;
             memset(sum, 0, sizeof sum), memset(squares, 0, sizeof squares);
@@ -76,7 +65,7 @@ static void paths_tell_how_they_vary(void **state)
                 }
             }
             for (int i = 0; i < samples.count; i++) is += (squares[i] - sum[i] * sum[i] / FRAMES) / (FRAMES - 1);
-            print_message("%d paths (%s): variance %.5f, told %.5f, %.2f times\n", paths[k], isas[isa], is, told, told / is);
+            print_message("%d paths (%s): variance %.5f, told %.5f, %.2f times\n", paths[k], small_isas[isa], is, told, told / is);
             assert_true(told > 0.8 * is && told < 6 * is);
         }
     fv_tracer_close(&s.tracer);
@@ -88,7 +77,7 @@ static void what_is_not_drawn_does_not_vary(void **state)
     (void)state;
     static struct small_scene s;
     open_room(&s, 2);
-    for (int isa = 0; isa < 3 && reopen(&s, isa); isa++) {
+    for (int isa = 0; isa < 3 && small_reopen(&s, isa); isa++) {
         trace(&s, 0, 4, 1);
         double lit = 0;
         for (int i = 0; i < samples.count; i++) lit += luma(i), assert_true(samples.variance[i] == 0);
@@ -127,7 +116,7 @@ static void steady_light_apart(void **state)
     static double whole[FV_SAMPLES_MAX], total[FV_SAMPLES_MAX], base[FV_SAMPLES_MAX], left[FV_SAMPLES_MAX], none[FV_SAMPLES_MAX];
     for (int lights = 2; lights <= 3; lights++) {
         open_room(&s, lights);
-        for (int isa = 0; isa < 3 && reopen(&s, isa); isa++) {
+        for (int isa = 0; isa < 3 && small_reopen(&s, isa); isa++) {
             double sum = 0;
             trace_apart(&s, false, 4, whole, base);
             for (int i = 0; i < samples.count; i++) assert_true(base[i] == 0);

@@ -53,6 +53,18 @@ static inline void small_finish(struct small_scene *s)
     if (fv_tracer_open(&s->tracer, &s->scene, &s->config, &error)) fail_msg("%s", error.text);
 }
 
+/* The tracer for an instruction set, false where this machine has not got it. */
+static const char *const small_isas[] = {"base", "avx2", "avx512"};
+static inline bool small_reopen(struct small_scene *s, int isa)
+{
+    struct fv_error error;
+    if (isa > (int)fv_cpu_isa()) return false;
+    fv_tracer_close(&s->tracer);
+    snprintf(s->config.threads_isa, sizeof s->config.threads_isa, "%s", small_isas[isa]);
+    if (fv_tracer_open(&s->tracer, &s->scene, &s->config, &error)) fail_msg("%s", error.text);
+    return true;
+}
+
 /* One eye's picture, `side` pixels a side and 90 degrees wide and high. */
 static inline void small_picture(struct fv_config *c, int side)
 {
