@@ -23,7 +23,7 @@ const struct fv_imu_device fv_imu_devices[FV_IMU_DEVICES] = {
     /* Which way its sensor sits is not known here: its axes are taken for the Vive's. */
     [FV_IMU_INDEX] = {.name = "index", .vendor = 0x28de, .product = 0x2300, LIGHTHOUSE},
     [FV_IMU_RIFT] = {.name = "rift-dk2", .vendor = 0x2833, .product = 0x0021, .decode = fv_imu_decode_rift,
-                     .layout = {.acc_unit = 1e-4, .rate_unit = 1e-4}, .tick_ns = MHZ(1), .counter_bits = 32,
+                     .layout = {.bytes = 64, .acc_unit = 1e-4, .rate_unit = 1e-4}, .tick_ns = MHZ(1), .counter_bits = 32,
                      .hz = 1000, .acc_full = INFINITY, .rate_full = INFINITY, .axes = {1, 2, 3}},
     /* Buttons come first, so no id. The rate's unit is known to a few hundredths. */
     [FV_IMU_PSVR] = {.name = "psvr", .vendor = 0x054c, .product = 0x09af, .interface = 4,
@@ -34,7 +34,7 @@ const struct fv_imu_device fv_imu_devices[FV_IMU_DEVICES] = {
                      .tick_ns = MHZ(1), .counter_bits = 32, .hz = 2000, .acc_full = 2 * GRAVITY,
                      .rate_full = 1.05e-3 * 32768, .axes = {2, 1, -3}},
     [FV_IMU_WINDOWS] = {.name = "windows", .vendor = 0x045e, .product = 0x0659, .decode = fv_imu_decode_windows,
-                        .layout = {.acc_unit = 1e-3, .rate_unit = 1e-3}, .tick_ns = MHZ(10), .counter_bits = 64,
+                        .layout = {.bytes = 497, .acc_unit = 1e-3, .rate_unit = 1e-3}, .tick_ns = MHZ(10), .counter_bits = 64,
                         .hz = 1000, .acc_full = INFINITY, .rate_full = INFINITY, .axes = {-2, -1, -3}},
     [FV_IMU_GENERIC] = {.name = "generic", LIGHTHOUSE},
 };
