@@ -5,19 +5,6 @@
 
 #include <string.h>
 
-void fv_imu_feed_begin(struct fv_imu_feed *f, const struct fv_imu_port *port, const struct fv_clock *clock,
-                       const struct fv_imu_calibration *calibration)
-{
-    memset(f, 0, sizeof *f);
-    f->port = port;
-    f->clock = clock;
-    f->calibration = calibration;
-    f->phase = FV_IMU_SEARCHING;
-    f->phase_ns = fv_clock_now_ns(clock);
-    fv_fusion_begin(&f->fusion, NULL);
-    memcpy(f->state.rotation, f->fusion.rotation, sizeof f->state.rotation);
-}
-
 static void publish(struct fv_imu_feed *f)
 {
     struct fv_imu_feed_counts *c = &f->state.counts;
@@ -32,6 +19,20 @@ static void publish(struct fv_imu_feed *f)
     c->rejected = fused->mistimed + fused->bad + fused->stuck;
     f->state.connected = f->phase == FV_IMU_STREAMING;
     fv_mailbox_put(&f->box, &f->state, sizeof f->state);
+}
+
+void fv_imu_feed_begin(struct fv_imu_feed *f, const struct fv_imu_port *port, const struct fv_clock *clock,
+                       const struct fv_imu_calibration *calibration)
+{
+    memset(f, 0, sizeof *f);
+    f->port = port;
+    f->clock = clock;
+    f->calibration = calibration;
+    f->phase = FV_IMU_SEARCHING;
+    f->phase_ns = fv_clock_now_ns(clock);
+    fv_fusion_begin(&f->fusion, NULL);
+    memcpy(f->state.rotation, f->fusion.rotation, sizeof f->state.rotation);
+    publish(f);
 }
 
 static void change(struct fv_imu_feed *f, enum fv_imu_feed_phase phase)
@@ -105,7 +106,8 @@ int fv_imu_feed_search(struct fv_imu_feed *f, struct fv_error *error)
 {
     const struct fv_imu_device *device;
     f->phase_ns = fv_clock_now_ns(f->clock);
-    if (f->port->open(f->port->context, &device, error)) return -1;
+    int failed = f->port->open(f->port->context, &device, error);
+    if (failed) return failed;
     if (begin_stream(f, device, error)) {
         f->port->close(f->port->context);
         return -1;
@@ -127,7 +129,7 @@ static void search_on(struct fv_imu_feed *f)
     int64_t again_ns = f->phase_ns + FV_IMU_SEARCH_NS, now_ns = fv_clock_now_ns(f->clock);
     if (now_ns < again_ns) {
         fv_clock_sleep_until_ns(f->clock, again_ns < now_ns + FV_IMU_WAIT_NS ? again_ns : now_ns + FV_IMU_WAIT_NS);
-    } else if (fv_imu_feed_search(f, &error) && strcmp(error.text, f->error.text) != 0) {
+    } else if (fv_imu_feed_search(f, &error) < 0 && strcmp(error.text, f->error.text) != 0) {
         f->error = error;
         fv_log("%s", error.text);
     }

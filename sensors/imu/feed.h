@@ -41,7 +41,8 @@ enum fv_imu_submitted { FV_IMU_SUBMITTED, FV_IMU_REFUSED, FV_IMU_NO_DEVICE };
 
 /* Input and output as the feed sees it. */
 struct fv_imu_port {
-    /* Finds and opens the device; 0 and its row, or -1 with the error set. */
+    /* Finds and opens the device; 0 and its row, 1 where none is there, -1 where it cannot be opened, both with the error
+     * set. */
     int (*open)(void *context, const struct fv_imu_device **device, struct fv_error *error);
     enum fv_imu_submitted (*submit)(void *context, int transfer);
     void (*cancel)(void *context, int transfer);
@@ -98,8 +99,8 @@ struct fv_imu_feed {
 void fv_imu_feed_begin(struct fv_imu_feed *feed, const struct fv_imu_port *port, const struct fv_clock *clock,
                        const struct fv_imu_calibration *calibration);
 
-/* Opens the port and submits all transfers, at once; 0, or -1 with the error set. For the first time, where an error is
- * to be told; the steps do it by themselves. */
+/* Opens the port and submits all transfers, at once; 0, or 1 or -1 with the error set, as port->open. For the first time,
+ * where an error is to be told; the steps do it by themselves. */
 int fv_imu_feed_search(struct fv_imu_feed *feed, struct fv_error *error);
 
 /* Goes on, for about FV_IMU_WAIT_NS or until something ended. For a thread to call for ever. */

@@ -7,6 +7,7 @@
 #include "sensors/imu/usb_port.h"
 
 #include <string.h>
+#include <unistd.h>
 
 struct fv_imu_usb {
     struct fv_neck neck;
@@ -14,14 +15,17 @@ struct fv_imu_usb {
     struct fv_imu_feed feed; /* the thread's, but for its mailbox */
     struct fv_imu_device laid_out;
     pthread_t thread;
-    atomic_bool stop;
+    atomic_bool stop, stopped;
 };
 
+/* Never ends: the end of a thread gives memory back, and the heap is sealed. */
 static void *run(void *context)
 {
     struct fv_imu_usb *u = context;
     while (!atomic_load_explicit(&u->stop, memory_order_relaxed)) fv_imu_feed_step(&u->feed);
     fv_imu_feed_close(&u->feed);
+    atomic_store_explicit(&u->stopped, true, memory_order_release);
+    while (atomic_load_explicit(&u->stopped, memory_order_relaxed)) pause();
     return NULL;
 }
 
@@ -71,6 +75,9 @@ struct fv_imu_feed_counts fv_imu_usb_counts(const struct fv_imu_usb *u)
 
 void fv_imu_usb_close(struct fv_imu_usb *u)
 {
+    const struct fv_clock *clock = u->feed.clock;
+    int64_t until_ns = fv_clock_now_ns(clock) + FV_IMU_WAIT_NS + 2 * FV_IMU_FAREWELL_NS;
     atomic_store_explicit(&u->stop, true, memory_order_relaxed);
-    pthread_join(u->thread, NULL);
+    while (!atomic_load_explicit(&u->stopped, memory_order_acquire) && fv_clock_now_ns(clock) < until_ns)
+        fv_clock_sleep_until_ns(clock, fv_clock_now_ns(clock) + 1000000);
 }

@@ -18,7 +18,7 @@ bool fv_imu_usb_head(const struct fv_imu_usb *usb, int64_t ahead_ns, struct fv_p
 
 struct fv_imu_feed_counts fv_imu_usb_counts(const struct fv_imu_usb *usb);
 
-/* Ends the thread and gives the device back to the system. */
+/* Gives the device back to the system, and stops the thread; waits for it for three seconds at most. */
 void fv_imu_usb_close(struct fv_imu_usb *usb);
 
 #endif

@@ -121,7 +121,7 @@ static int open_place(struct fv_usb_port *p, const struct fv_usb_place *place, c
     return failed ? -1 : 0;
 }
 
-static int no_device(const struct fv_usb_port *p, struct fv_error *error)
+static void no_device(const struct fv_usb_port *p, struct fv_error *error)
 {
     char known[256] = "";
     for (int i = 0; i < FV_IMU_DEVICES; i++) {
@@ -130,11 +130,12 @@ static int no_device(const struct fv_usb_port *p, struct fv_error *error)
         if (d->vendor) snprintf(known + used, sizeof known - used, " %04x:%04x (%s)", d->vendor, d->product, d->name);
     }
     if (p->wish.vendor)
-        return fv_error_set(error, "imu: no USB device %04x:%04x is plugged in", p->wish.vendor, p->wish.product);
-    if (p->wish.serial[0])
-        return fv_error_set(error, "imu: no USB device of serial number '%s' is plugged in", p->wish.serial);
-    return fv_error_set(error, "imu: no inertial sensor is plugged in; known are%s, any other by imu.device and imu.layout",
-                        known);
+        fv_error_set(error, "imu: no USB device %04x:%04x is plugged in", p->wish.vendor, p->wish.product);
+    else if (p->wish.serial[0])
+        fv_error_set(error, "imu: no USB device of serial number '%s' is plugged in", p->wish.serial);
+    else
+        fv_error_set(error, "imu: no inertial sensor is plugged in; known are%s, any other by imu.device and imu.layout",
+                     known);
 }
 
 static int open_device(void *context, const struct fv_imu_device **device, struct fv_error *error)
@@ -143,7 +144,10 @@ static int open_device(void *context, const struct fv_imu_device **device, struc
     int count = fv_usb_list("", p->places);
     if (count < 0) return fv_error_set(error, "imu: no USB here: /sys/bus/usb/devices is not there");
     const struct fv_usb_place *place = fv_usb_choose(&p->wish, p->places, count);
-    if (!place) return no_device(p, error);
+    if (!place) {
+        no_device(p, error);
+        return 1;
+    }
     *device = p->is_laid_out ? &p->laid_out : fv_imu_device_find(place->vendor, place->product);
     if (!*device)
         return fv_error_set(error, "imu: %04x:%04x is not known; imu.layout must say how its reports are laid out",
@@ -215,7 +219,9 @@ static int make_libusb(struct fv_usb_port *p, struct fv_error *error)
     fv_usb_memory_open();
     libusb_set_option(NULL, LIBUSB_OPTION_NO_DEVICE_DISCOVERY);
     int failed = libusb_init(&p->usb);
-    if (failed) return fv_error_set(error, "imu: libusb does not work here: %s", libusb_strerror(failed));
+    if (failed)
+        return fv_error_set(error, "imu: no USB here: libusb says '%s'%s", libusb_strerror(failed),
+                            access("/dev/bus/usb", F_OK) ? ", and there is no /dev/bus/usb" : "");
     for (int i = 0; i < FV_IMU_TRANSFERS; i++) {
         p->slot[i].port = p;
         p->slot[i].number = i;

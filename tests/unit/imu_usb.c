@@ -18,7 +18,7 @@ static const double gravity = 9.80665;
 /* A device that sends a report each millisecond, turning about its y axis, and a host that it is plugged into. */
 static struct host {
     int64_t now_ns;
-    bool plugged, refuses, halts, mute, fails;
+    bool plugged, refuses, halts, mute, fails, forbidden;
     bool silent_end;  /* unplugging is told by failures, and by what a submission says, only */
     bool unstall_fails;
     int opens, closes, cancels, unstalls, submits;
@@ -78,7 +78,11 @@ static int open_device(void *context, const struct fv_imu_device **device, struc
     struct host *h = context;
     assert_false(h->open);
     h->opens++;
-    if (!h->plugged) return fv_error_set(why, "%s", h->error);
+    if (!h->plugged) {
+        fv_error_set(why, "%s", h->error);
+        return 1;
+    }
+    if (h->forbidden) return fv_error_set(why, "imu: forbidden");
     h->open = true;
     h->queued = 0;
     h->halted = false;
@@ -234,11 +238,15 @@ static void searches(void **state)
 {
     (void)state;
     host.plugged = false;
-    assert_int_equal(fv_imu_feed_search(&feed, &error), -1);
+    assert_int_equal(fv_imu_feed_search(&feed, &error), 1);
     assert_string_equal(error.text, "imu: none is plugged in");
     run_for(10000 * ms);
     assert_true(host.opens >= 10 && host.opens <= 12 && feed.phase == FV_IMU_SEARCHING);
-    host.plugged = true;
+    host.plugged = host.forbidden = true;
+    assert_int_equal(fv_imu_feed_search(&feed, &error), -1);
+    run_for(3000 * ms);
+    assert_true(feed.phase == FV_IMU_SEARCHING && got().counts.samples == 0);
+    host.forbidden = false;
     run_for(1100 * ms);
     assert_true(feed.phase == FV_IMU_STREAMING && got().counts.samples > 0);
 }
