@@ -3,6 +3,7 @@
 
 #include "platform/log.h"
 
+#include <math.h>
 #include <string.h>
 
 static void publish(struct fv_imu_feed *f)
@@ -114,7 +115,7 @@ int fv_imu_feed_search(struct fv_imu_feed *f, struct fv_error *error)
     }
     f->halted = f->cancelled = f->gone = false;
     f->failed = 0;
-    f->report_ns = f->phase_ns;
+    f->report_ns = f->tell_ns = f->phase_ns;
     f->state.counts.connects++;
     f->error.text[0] = 0;
     change(f, FV_IMU_STREAMING);
@@ -144,8 +145,18 @@ static void unstall(struct fv_imu_feed *f)
     f->failed += f->halted;
 }
 
+static void tell(struct fv_imu_feed *f)
+{
+    const struct fv_imu_command *command = &f->device->command;
+    int64_t now_ns = fv_clock_now_ns(f->clock);
+    if (command->bytes == 0 || now_ns < f->tell_ns) return;
+    f->tell_ns = isfinite(command->every_s) ? now_ns + (int64_t)(1e9 * command->every_s) : INT64_MAX;
+    f->state.counts.untold += f->port->tell(f->port->context, command) != 0;
+}
+
 static void stream_on(struct fv_imu_feed *f)
 {
+    tell(f);
     if (f->halted) unstall(f);
     for (int i = 0; i < FV_IMU_TRANSFERS && !f->halted; i++)
         if (f->idle[i]) submit(f, i);

@@ -47,6 +47,7 @@ struct fv_imu_port {
     enum fv_imu_submitted (*submit)(void *context, int transfer);
     void (*cancel)(void *context, int transfer);
     int (*unstall)(void *context); /* 0, or -1: the endpoint stays halted */
+    int (*tell)(void *context, const struct fv_imu_command *command); /* 0, or -1: the device did not take it */
     /* Waits until then at most, and tells what has ended by fv_imu_feed_end. */
     void (*wait)(void *context, int64_t until_ns);
     void (*close)(void *context);
@@ -60,6 +61,7 @@ struct fv_imu_feed_counts {
     int64_t rejected;                       /* samples: mistimed, bad or stuck (fusion.h) */
     int64_t foreign;                        /* reports that are none of the device's, short ones too */
     int64_t empty, too_long, stalls, failures, refused, silences;
+    int64_t untold;                         /* commands that the device did not take */
 };
 
 /* What the mailbox holds. */
@@ -91,6 +93,7 @@ struct fv_imu_feed {
     bool sampled;               /* sample_ns is of a sample */
     int failed;                 /* ends without a report, in a row */
     int64_t phase_ns, report_ns, sample_ns;
+    int64_t tell_ns; /* when the device's command is due */
     struct fv_error error; /* why the last search failed; "": it did not */
     struct fv_mailbox box;
 };

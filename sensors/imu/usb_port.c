@@ -29,7 +29,7 @@ struct fv_usb_port {
     bool is_laid_out;
     libusb_context *usb;
     libusb_device_handle *handle;
-    int fd, interface;
+    int fd, interface, told_interface; /* claimed; -1: none */
     uint8_t endpoint;
     bool bulk;
     int length; /* of a transfer */
@@ -99,12 +99,13 @@ static void close_device(void *context)
 {
     struct fv_usb_port *p = context;
     if (p->handle) {
+        if (p->told_interface >= 0) libusb_release_interface(p->handle, p->told_interface);
         if (p->interface >= 0) libusb_release_interface(p->handle, p->interface);
         libusb_close(p->handle);
     }
     if (p->fd >= 0) close(p->fd);
     p->handle = NULL;
-    p->fd = p->interface = -1;
+    p->fd = p->interface = p->told_interface = -1;
 }
 
 static int open_place(struct fv_usb_port *p, const struct fv_usb_place *place, const struct fv_imu_device *device,
@@ -203,6 +204,24 @@ static int unstall(void *context)
     return libusb_clear_halt(p->handle, p->endpoint) ? -1 : 0;
 }
 
+/* As a class request to the interface, which every device takes whether it has an endpoint for output or not (HID 1.11,
+ * section 7.2.2). What ends meanwhile is told as ever. */
+static int tell(void *context, const struct fv_imu_command *c)
+{
+    enum { TO_INTERFACE = LIBUSB_REQUEST_TYPE_CLASS | LIBUSB_RECIPIENT_INTERFACE, SET_REPORT = 9, TIMEOUT_MS = 100 };
+    struct fv_usb_port *p = context;
+    uint8_t report[FV_USB_REPORT_MAX] = {0};
+    if (c->interface != p->interface && c->interface != p->told_interface) {
+        if (libusb_claim_interface(p->handle, c->interface)) return -1;
+        p->told_interface = c->interface;
+    }
+    memcpy(report, c->report, sizeof c->report);
+    int value = (c->kind == FV_IMU_FEATURE ? 3 : 2) << 8 | c->report[0];
+    int sent = libusb_control_transfer(p->handle, TO_INTERFACE, SET_REPORT, (uint16_t)value, (uint16_t)c->interface,
+                                       report, (uint16_t)c->bytes, TIMEOUT_MS);
+    return sent == c->bytes ? 0 : -1;
+}
+
 static void wait(void *context, int64_t until_ns)
 {
     struct fv_usb_port *p = context;
@@ -238,8 +257,8 @@ int fv_usb_port_make(struct fv_usb_port **port, const struct fv_usb_wish *wish, 
     p->wish = *wish;
     p->is_laid_out = laid_out != NULL;
     if (laid_out) p->laid_out = *laid_out;
-    p->fd = p->interface = -1;
-    p->port = (struct fv_imu_port){open_device, submit, cancel, unstall, wait, close_device, p};
+    p->fd = p->interface = p->told_interface = -1;
+    p->port = (struct fv_imu_port){open_device, submit, cancel, unstall, tell, wait, close_device, p};
     if (make_libusb(p, error)) return -1;
     *port = p;
     return 0;

@@ -21,7 +21,8 @@ static struct host {
     bool plugged, refuses, halts, mute, fails, forbidden;
     bool silent_end;  /* unplugging is told by failures, and by what a submission says, only */
     bool unstall_fails;
-    int opens, closes, cancels, unstalls, submits;
+    int opens, closes, cancels, unstalls, submits, tells;
+    bool deaf;
     bool open, halted;
     int queue[FV_IMU_TRANSFERS], queued; /* transfers in flight, oldest first */
     bool cancelled[FV_IMU_TRANSFERS];
@@ -120,6 +121,14 @@ static int unstall(void *context)
     return h->unstall_fails ? -1 : 0;
 }
 
+static int tell(void *context, const struct fv_imu_command *command)
+{
+    struct host *h = context;
+    assert_true(h->open && command->bytes > 0 && command->bytes <= 64);
+    h->tells++;
+    return h->deaf ? -1 : 0;
+}
+
 static int oldest(struct host *h, int at)
 {
     int transfer = h->queue[at];
@@ -175,7 +184,7 @@ static void close_device(void *context)
     h->closes++;
 }
 
-static const struct fv_imu_port port = {open_device, submit, cancel, unstall, wait_until, close_device, &host};
+static const struct fv_imu_port port = {open_device, submit, cancel, unstall, tell, wait_until, close_device, &host};
 
 static int fresh(void **state)
 {
@@ -463,6 +472,35 @@ static void poisoned(void **state)
     assert_false(host.open);
 }
 
+/* A device that must be told to send: at once, and as often as it asks for; told again when it comes again. */
+static void told(void **state)
+{
+    (void)state;
+    struct fv_imu_device device = fv_imu_devices[FV_IMU_VIVE];
+    begin();
+    run_for(20000 * ms);
+    assert_int_equal(host.tells, 0);
+    const double every_s[] = {8, INFINITY};
+    for (int i = 0; i < 2; i++) {
+        fresh(NULL);
+        host.device = &device;
+        device.command = (struct fv_imu_command){FV_IMU_FEATURE, 0, 5, {8}, every_s[i]};
+        begin();
+        run_for(20000 * ms);
+        assert_int_equal(host.tells, i == 0 ? 3 : 1);
+        host.plugged = false;
+        host.deaf = true;
+        run_for(2000 * ms);
+        host.plugged = true;
+        run_for(2000 * ms);
+        assert_true(host.tells == (i == 0 ? 4 : 2) && got().counts.untold == 1 && got().connected);
+    }
+    for (int i = 0; i < FV_IMU_DEVICES; i++) {
+        const struct fv_imu_command *c = &fv_imu_devices[i].command;
+        assert_true(c->bytes == 0 || (c->bytes <= 64 && c->every_s > 1));
+    }
+}
+
 static void heads(void **state)
 {
     (void)state;
@@ -663,9 +701,10 @@ int main(void)
         cmocka_unit_test_setup(silent, fresh),    cmocka_unit_test_setup(refused, fresh),
         cmocka_unit_test_setup(fails, fresh),     cmocka_unit_test_setup(odd_reports, fresh),
         cmocka_unit_test_setup(absurd, fresh),    cmocka_unit_test_setup(poisoned, fresh),
-        cmocka_unit_test(heads),                  cmocka_unit_test(layouts),
-        cmocka_unit_test(finds),                  cmocka_unit_test(rules),
-        cmocka_unit_test(memory),                 cmocka_unit_test(letters),
+        cmocka_unit_test_setup(told, fresh),      cmocka_unit_test(heads),
+        cmocka_unit_test(layouts),                cmocka_unit_test(finds),
+        cmocka_unit_test(rules),                  cmocka_unit_test(memory),
+        cmocka_unit_test(letters),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }
