@@ -26,6 +26,8 @@ struct start {
 
 static struct start starts[FV_WORKERS_MAX];
 static pthread_t handles[FV_WORKERS_MAX];
+static pthread_t devices[FV_DEVICE_THREADS_MAX];
+static int device_count;
 
 int fv_threads_cores(void)
 {
@@ -179,6 +181,7 @@ int fv_thread_start(pthread_t *thread, const char *name, void *(*function)(void 
 {
     pthread_attr_t attributes;
     sigset_t all, before;
+    assert(device_count < FV_DEVICE_THREADS_MAX);
     sigfillset(&all);
     pthread_attr_init(&attributes);
     char *stack = fv_arena_take(fv_arena(), "device stacks", FV_DEVICE_STACK_BYTES, 4096);
@@ -190,5 +193,12 @@ int fv_thread_start(pthread_t *thread, const char *name, void *(*function)(void 
     pthread_attr_destroy(&attributes);
     if (failed) return fv_error_set(error, "thread %s: %s", name, strerror(failed));
     pthread_setname_np(*thread, name);
+    devices[device_count++] = *thread;
     return 0;
+}
+
+int fv_device_threads(const pthread_t **threads)
+{
+    *threads = devices;
+    return device_count;
 }
