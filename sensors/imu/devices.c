@@ -150,6 +150,13 @@ static bool take_times(struct fv_imu_stream *s, struct fv_imu_reading readings[]
     return s->map.restarts != restarts;
 }
 
+/* A reading that the report cannot hold beside its newest one: its counter was garbled, or is of before a restart. */
+static bool far_off(const struct fv_imu_stream *s, int64_t ticks, int64_t newest)
+{
+    double before_s = 1e-9 * s->map.tick_ns * ((double)newest - (double)ticks);
+    return !(before_s >= 0 && before_s <= 1 + FV_IMU_READINGS / s->device.hz);
+}
+
 int fv_imu_stream_report(struct fv_imu_stream *s, const uint8_t *report, size_t bytes, int64_t arrival_ns,
                          struct fv_imu_sample samples[FV_IMU_READINGS])
 {
@@ -164,7 +171,7 @@ int fv_imu_stream_report(struct fv_imu_stream *s, const uint8_t *report, size_t 
     if (count == 0) return 0;
     if (take_times(s, reading, ticks, count, arrival_ns)) s->counts.restarts++, s->begun = false;
     for (int i = 0; i < count; i++) {
-        if (s->begun && ticks[i] <= s->newest) {
+        if ((s->begun && ticks[i] <= s->newest) || far_off(s, ticks[i], ticks[count - 1])) {
             s->counts.repeated++;
             continue;
         }

@@ -65,7 +65,7 @@ struct fv_imu_sample {
 struct fv_imu_counts {
     int64_t reports, other; /* others' reports came too: they are none of the reports */
     int64_t samples;        /* given out */
-    int64_t repeated;       /* readings that had come before, or came too late */
+    int64_t repeated;       /* readings that had come before, came too late, or lie far from the newest of their report */
     int64_t lost;           /* that by the device's clock must have been there and never came */
     int64_t restarts;       /* of the device's clock */
 };

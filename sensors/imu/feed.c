@@ -203,7 +203,7 @@ void fv_imu_feed_close(struct fv_imu_feed *f)
 }
 
 /* anew: the device's clock says nothing of the time since the sample before; the host's does. */
-static void take_sample(struct fv_imu_feed *f, const struct fv_imu_sample *sample, bool anew)
+static void take_sample(struct fv_imu_feed *f, const struct fv_imu_sample *sample, int64_t arrival_ns, bool anew)
 {
     const struct fv_fusion_counts *c = &f->fusion.counts;
     int64_t refused = c->mistimed + c->bad + c->stuck;
@@ -213,6 +213,7 @@ static void take_sample(struct fv_imu_feed *f, const struct fv_imu_sample *sampl
     f->sampled = true;
     if (c->mistimed + c->bad + c->stuck != refused) return;
     f->state.t_ns = sample->t_ns;
+    f->state.arrival_ns = arrival_ns;
     f->state.good++;
     memcpy(f->state.rotation, f->fusion.rotation, sizeof f->state.rotation);
     memcpy(f->state.rate, f->fusion.rate, sizeof f->state.rate);
@@ -225,7 +226,7 @@ static void take_report(struct fv_imu_feed *f, const uint8_t *bytes, size_t leng
     bool first = !f->stream.begun;
     int count = fv_imu_stream_report(&f->stream, bytes, length, arrival_ns, samples);
     for (int i = 0; i < count; i++)
-        take_sample(f, &samples[i], i == 0 && (first || f->stream.counts.restarts != restarts));
+        take_sample(f, &samples[i], arrival_ns, i == 0 && (first || f->stream.counts.restarts != restarts));
     if (f->stream.counts.reports == reports) return;
     f->report_ns = arrival_ns;
     f->failed = 0;

@@ -68,6 +68,7 @@ struct fv_imu_feed_counts {
 struct fv_imu_state {
     int64_t connected;   /* 1: a device is open */
     int64_t t_ns;        /* of the newest good sample, the clock's; meaningless before the first */
+    int64_t arrival_ns;  /* when it came */
     int64_t good;        /* good samples; 0: rotation is the identity */
     double rotation[4];  /* device to world */
     double rate[3];      /* rad/s, device axes */

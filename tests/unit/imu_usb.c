@@ -501,11 +501,76 @@ static void told(void **state)
     }
 }
 
+static uint32_t dice(uint32_t *state, uint32_t sides)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return (*state >> 8) % sides;
+}
+
+static void garble(struct host *h)
+{
+    static uint32_t state = 5;
+    h->bytes = dice(&state, 20) == 0 ? (int)dice(&state, 65) : 52;
+    for (uint32_t n = dice(&state, 10) == 0 ? 1 + dice(&state, 9) : 0; n > 0; n--)
+        h->report[dice(&state, 52)] = (uint8_t)dice(&state, 256);
+    if (dice(&state, 500) == 0) h->ticks += dice(&state, 1u << 24) << 8;
+}
+
+static void change_something(uint32_t *state)
+{
+    bool *const faults[] = {&host.refuses, &host.halts, &host.mute, &host.fails, &host.forbidden, &host.silent_end,
+                            &host.unstall_fails};
+    uint32_t which = dice(state, 16);
+    if (which < 7) *faults[which] = dice(state, 4) == 0;
+    if (which == 7) host.plugged = dice(state, 3) > 0;
+    if (which == 8)
+        for (int i = 0; i < 7; i++) *faults[i] = false;
+    if (which == 9) host.now_ns += (int64_t)dice(state, 3000) * ms;
+}
+
+/* Whatever happens in whatever order: no transfer is forgotten or twice in flight, nothing that is given out is insane,
+ * and once all is well the stream goes on. */
+static void chaos(void **state)
+{
+    (void)state;
+    int errors = dup(STDERR_FILENO), null = open("/dev/null", O_WRONLY);
+    dup2(null, STDERR_FILENO);
+    for (uint32_t seed = 1; seed <= 40; seed++) {
+        uint32_t dealt = seed;
+        fresh(NULL);
+        host.spoil = garble;
+        for (int i = 0; i < 5000; i++) {
+            if (dice(&dealt, 40) == 0) change_something(&dealt);
+            fv_imu_feed_step(&feed);
+            struct fv_imu_state s = got();
+            int flying = 0, idle = 0;
+            for (int k = 0; k < FV_IMU_TRANSFERS; k++) flying += feed.flying[k], idle += feed.idle[k];
+            assert_true(fabs(s.rotation[0] * s.rotation[0] + s.rotation[1] * s.rotation[1] +
+                             s.rotation[2] * s.rotation[2] + s.rotation[3] * s.rotation[3] - 1) < 1e-9);
+            assert_true(host.open == (feed.phase != FV_IMU_SEARCHING) && flying == host.queued);
+            if (feed.phase == FV_IMU_STREAMING && !feed.gone) assert_int_equal(flying + idle, FV_IMU_TRANSFERS);
+            assert_true(s.good + s.counts.rejected == s.counts.samples && s.counts.connects - host.closes == host.open);
+        }
+        struct host well = {.plugged = true, .bytes = 52, .device = host.device, .error = host.error};
+        well.now_ns = host.now_ns, well.open = host.open, well.queued = host.queued, well.sent = host.sent;
+        well.ticks = host.ticks, well.rate_deg_s = 20, well.halted = host.halted;
+        memcpy(well.queue, host.queue, sizeof well.queue);
+        memcpy(well.cancelled, host.cancelled, sizeof well.cancelled);
+        host = well;
+        run_for(8000 * ms);
+        assert_true(got().connected && got().arrival_ns > host.now_ns - 5 * ms);
+        assert_true(got().t_ns <= host.now_ns + 20 * ms); /* a clock map's step */
+        assert_int_equal(host.queued, FV_IMU_TRANSFERS);
+    }
+    dup2(errors, STDERR_FILENO);
+    close(errors), close(null);
+}
+
 static void heads(void **state)
 {
     (void)state;
     const struct fv_neck neck = {0.075, 0.08};
-    struct fv_imu_state s = {.good = 1, .t_ns = 1000 * ms, .rotation = {1, 0, 0, 0}, .rate = {0, 1, 0}};
+    struct fv_imu_state s = {.good = 1, .t_ns = 1000 * ms, .arrival_ns = 1000 * ms, .rotation = {1, 0, 0, 0}, .rate = {0, 1, 0}};
     struct fv_pose head;
     double turn[3];
     assert_true(fv_imu_head(&s, &neck, true, 1010 * ms, 20 * ms, &head));
@@ -518,6 +583,11 @@ static void heads(void **state)
     assert_true(fabs(turn[1] - 0.1) < 1e-12);
     assert_false(fv_imu_head(&s, &neck, true, 1100 * ms + 1, 0, &head));
     assert_false(fv_imu_head(&s, &neck, true, INT64_MAX, 0, &head));
+    s.t_ns = INT64_MIN; /* a device whose clock is no clock */
+    assert_true(fv_imu_head(&s, &neck, true, 1000 * ms, 0, &head));
+    fv_quat_to_vector(head.rotation, turn);
+    assert_true(fabs(turn[1] - 0.1) < 1e-12);
+    s.t_ns = INT64_MAX;
     assert_true(fv_imu_head(&s, &neck, true, INT64_MIN, 0, &head) && head.rotation[0] == 1);
     s.good = 0;
     assert_false(fv_imu_head(&s, &neck, true, 1000 * ms, 0, &head));
@@ -701,7 +771,8 @@ int main(void)
         cmocka_unit_test_setup(silent, fresh),    cmocka_unit_test_setup(refused, fresh),
         cmocka_unit_test_setup(fails, fresh),     cmocka_unit_test_setup(odd_reports, fresh),
         cmocka_unit_test_setup(absurd, fresh),    cmocka_unit_test_setup(poisoned, fresh),
-        cmocka_unit_test_setup(told, fresh),      cmocka_unit_test(heads),
+        cmocka_unit_test_setup(told, fresh),      cmocka_unit_test_setup(chaos, fresh),
+        cmocka_unit_test(heads),
         cmocka_unit_test(layouts),                cmocka_unit_test(finds),
         cmocka_unit_test(rules),                  cmocka_unit_test(memory),
         cmocka_unit_test(letters),
