@@ -1,4 +1,5 @@
-/* devices: see devices.h. Ids, layouts, scales, axes and commands are those that OpenHMD, Monado and libsurvive tell of. */
+/* devices: see devices.h. Ids, layouts, scales, axes and commands are those that OpenHMD, Monado and libsurvive tell
+ * of. */
 #include "sensors/imu/devices.h"
 
 #include <math.h>

@@ -5,10 +5,10 @@
  *               those the head's orientation (fusion.h), and that is put into a mailbox after every report
  *   ending      the device is gone, or fails: what is in flight is cancelled and waited for, the port is closed
  *
- * A device that is unplugged may tell so by a transfer's end, or by nothing but failures until a submission says it; both
- * end the stream. So do failures and stalls in a row without a report between them, and silence: opening it again is all
- * that can be tried, and an unplugged device that says nothing must not be waited for. A halted endpoint keeps what is in
- * flight for ever: it is cancelled, then the halt is cleared.
+ * A device that is unplugged may tell so by a transfer's end, or by nothing but failures until a submission says it;
+ * both end the stream. So do failures and stalls in a row without a report between them, and silence: opening it again
+ * is all that can be tried, and an unplugged device that says nothing must not be waited for. A halted endpoint keeps
+ * what is in flight for ever: it is cancelled, then the halt is cleared.
  *
  * Across an absence the orientation is kept, and turns no further; time goes on by the host's clock. Everything is
  * counted; that reports stay away, and that they come again, is logged once each. Nothing is allocated, and nothing is shared but the mailbox. usb_port.h is the port to real devices. */

@@ -15,9 +15,9 @@ struct fv_neck {
 /* A newest sample that came longer ago says nothing of the head. */
 #define FV_HEAD_STALE_NS INT64_C(100000000)
 
-/* The head ahead_ns after now_ns, relative to where it was at the identity. Predicted at a constant rate from the time of
- * the newest sample (fv_fusion_turn; not where predict is false). False and the pose not sound where there is no sample, or only a
- * stale one: the caller holds what it has. */
+/* The head ahead_ns after now_ns, relative to where it was at the identity. Predicted at a constant rate from the time
+ * of the newest sample (fv_fusion_turn; not where predict is false). False and the pose not sound where there is no
+ * sample, or only a stale one: the caller holds what it has. */
 bool fv_imu_head(const struct fv_imu_state *state, const struct fv_neck *neck, bool predict, int64_t now_ns,
                  int64_t ahead_ns, struct fv_pose *head);
 

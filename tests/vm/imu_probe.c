@@ -1,5 +1,5 @@
-/* imu_probe SECONDS [KEY=VALUE...]: the head from imu.source=usb, latched 90 times a second with the heap sealed, as `run`
- * does; then what was counted, one `name value` a line. Runs in the virtual machine of tests/vm. */
+/* imu_probe SECONDS [KEY=VALUE...]: the head from imu.source=usb, latched 90 times a second with the heap sealed, as
+ * `run` does; then what was counted, one `name value` a line. Runs in the virtual machine of tests/vm. */
 #include "platform/clock.h"
 #include "platform/heap.h"
 #include "platform/log.h"

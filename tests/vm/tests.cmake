@@ -1,5 +1,5 @@
-# Against the kernel's own devices, in a virtual machine: skipped where it cannot run (vm.sh). What runs in it is static; by one
-# compiler, for it takes a minute.
+# Against the kernel's own devices, in a virtual machine: skipped where it cannot run (vm.sh). What runs in it is static;
+# by one compiler, for it takes a minute.
 if(NOT FV_SANITIZE AND CMAKE_C_COMPILER_ID STREQUAL GNU)
     add_executable(vm_imu_probe vm/imu_probe.c)
     target_link_libraries(vm_imu_probe PRIVATE sensors)
