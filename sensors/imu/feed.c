@@ -123,16 +123,19 @@ int fv_imu_feed_search(struct fv_imu_feed *f, struct fv_error *error)
     return 0;
 }
 
-/* A reason is told once, until another one is found; that there is no device was told when it went. */
+/* A reason is told once, when it is found for the second time: just plugged in, a device may not be permitted yet. That
+ * there is none was told when it went. */
 static void search_on(struct fv_imu_feed *f)
 {
     struct fv_error error;
     int64_t again_ns = f->phase_ns + FV_IMU_SEARCH_NS, now_ns = fv_clock_now_ns(f->clock);
     if (now_ns < again_ns) {
         fv_clock_sleep_until_ns(f->clock, again_ns < now_ns + FV_IMU_WAIT_NS ? again_ns : now_ns + FV_IMU_WAIT_NS);
-    } else if (fv_imu_feed_search(f, &error) < 0 && strcmp(error.text, f->error.text) != 0) {
+    } else if (fv_imu_feed_search(f, &error) < 0) {
+        bool again = strcmp(error.text, f->error.text) == 0;
+        if (again && !f->told) fv_log("%s", error.text);
+        f->told = again;
         f->error = error;
-        fv_log("%s", error.text);
     }
 }
 

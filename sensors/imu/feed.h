@@ -95,7 +95,8 @@ struct fv_imu_feed {
     int failed;                 /* ends without a report, in a row */
     int64_t phase_ns, report_ns, sample_ns;
     int64_t tell_ns; /* when the device's command is due */
-    struct fv_error error; /* why the last search failed; "": it did not */
+    struct fv_error error; /* why no device could be opened; "": it could */
+    bool told;             /* that was logged */
     struct fv_mailbox box;
 };
 

@@ -63,7 +63,10 @@ static void searches(void **state)
     assert_true(host.opens >= 10 && host.opens <= 12 && feed.phase == FV_IMU_SEARCHING);
     host.plugged = host.forbidden = true;
     assert_int_equal(fv_imu_feed_search(&feed, &error), -1);
-    run_for(3000 * ms);
+    run_for(1500 * ms);
+    assert_false(feed.told);
+    run_for(1500 * ms);
+    assert_true(feed.told);
     assert_true(feed.phase == FV_IMU_SEARCHING && got().counts.samples == 0);
     host.forbidden = false;
     run_for(1100 * ms);

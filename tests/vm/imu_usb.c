@@ -36,7 +36,7 @@ static int boot(void **state)
     char command[2048], path[256];
     snprintf(path, sizeof path, "%s/vm.txt", program_folder());
     snprintf(command, sizeof command, "sh %s/tests/vm/vm.sh '%s' %s/tests/vm/imu_usb.sh %s %s >%s 2>&1", FV_SOURCE_DIR,
-             FV_CACHE, FV_SOURCE_DIR, FV_VM_PROBE, FV_VM_GADGET, path);
+             FV_VM_CACHE, FV_SOURCE_DIR, FV_VM_PROBE, FV_VM_GADGET, path);
     int status = system(command), code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     program_slurp(path, output, sizeof output);
     fputs(output, stdout);
