@@ -20,9 +20,9 @@
     .axes = {1, -2, -3}
 
 const struct fv_imu_device fv_imu_devices[FV_IMU_DEVICES] = {
-    [FV_IMU_VIVE] = {.name = "vive", .vendor = 0x28de, .product = 0x2000, LIGHTHOUSE},
+    [FV_IMU_VIVE] = {.name = "vive", .vendor = 0x28de, .product = 0x2000, LIGHTHOUSE, .factory = true},
     /* Which way its sensor sits is not known here: its axes are taken for the Vive's. */
-    [FV_IMU_INDEX] = {.name = "index", .vendor = 0x28de, .product = 0x2300, LIGHTHOUSE},
+    [FV_IMU_INDEX] = {.name = "index", .vendor = 0x28de, .product = 0x2300, LIGHTHOUSE, .factory = true},
     [FV_IMU_RIFT] = {.name = "rift-dk2", .vendor = 0x2833, .product = 0x0021, .decode = fv_imu_decode_rift,
                      .layout = {.bytes = 64, .acc_unit = 1e-4, .rate_unit = 1e-4}, .tick_ns = MHZ(1), .counter_bits = 32,
                      .hz = 1000, .acc_full = INFINITY, .rate_full = INFINITY, .axes = {1, 2, 3},

@@ -27,6 +27,7 @@ struct fv_imu_device {
     /* The head's x (right), y (up), z (back) are the device's axes 1, 2, 3, or minus them. */
     int8_t axes[3];
     struct fv_imu_command command;
+    bool factory; /* it holds a calibration (factory.h) */
 };
 
 enum fv_imu_device_kind {

@@ -22,13 +22,11 @@ static void publish(struct fv_imu_feed *f)
     fv_mailbox_put(&f->box, &f->state, sizeof f->state);
 }
 
-void fv_imu_feed_begin(struct fv_imu_feed *f, const struct fv_imu_port *port, const struct fv_clock *clock,
-                       const struct fv_imu_calibration *calibration)
+void fv_imu_feed_begin(struct fv_imu_feed *f, const struct fv_imu_port *port, const struct fv_clock *clock)
 {
     memset(f, 0, sizeof *f);
     f->port = port;
     f->clock = clock;
-    f->calibration = calibration;
     f->phase = FV_IMU_SEARCHING;
     f->phase_ns = fv_clock_now_ns(clock);
     fv_fusion_begin(&f->fusion, NULL);
@@ -88,10 +86,11 @@ static void keep_counts(struct fv_imu_feed *f)
 }
 
 /* Another device is another sensor: nothing that was learnt of the old one holds for it. */
-static int begin_stream(struct fv_imu_feed *f, const struct fv_imu_device *device, struct fv_error *error)
+static int begin_stream(struct fv_imu_feed *f, const struct fv_imu_device *device,
+                        const struct fv_imu_calibration *calibration, struct fv_error *error)
 {
     keep_counts(f);
-    if (fv_imu_stream_begin(&f->stream, device, f->calibration, error)) return -1;
+    if (fv_imu_stream_begin(&f->stream, device, calibration, error)) return -1;
     if (device == f->device) return 0;
     struct fv_fusion_settings settings = fv_fusion_usual;
     struct fv_fusion_counts counts = f->fusion.counts;
@@ -106,10 +105,11 @@ static int begin_stream(struct fv_imu_feed *f, const struct fv_imu_device *devic
 int fv_imu_feed_search(struct fv_imu_feed *f, struct fv_error *error)
 {
     const struct fv_imu_device *device;
+    const struct fv_imu_calibration *calibration = NULL;
     f->phase_ns = fv_clock_now_ns(f->clock);
-    int failed = f->port->open(f->port->context, &device, error);
+    int failed = f->port->open(f->port->context, &device, &calibration, error);
     if (failed) return failed;
-    if (begin_stream(f, device, error)) {
+    if (begin_stream(f, device, calibration, error)) {
         f->port->close(f->port->context);
         return -1;
     }

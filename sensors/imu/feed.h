@@ -41,9 +41,10 @@ enum fv_imu_submitted { FV_IMU_SUBMITTED, FV_IMU_REFUSED, FV_IMU_NO_DEVICE };
 
 /* Input and output as the feed sees it. */
 struct fv_imu_port {
-    /* Finds and opens the device; 0 and its row, 1 where none is there, -1 where it cannot be opened, both with the error
-     * set. */
-    int (*open)(void *context, const struct fv_imu_device **device, struct fv_error *error);
+    /* Finds and opens the device; 0, its row and its calibration (NULL: none), 1 where none is there, -1 where it cannot
+     * be opened, both with the error set. */
+    int (*open)(void *context, const struct fv_imu_device **device, const struct fv_imu_calibration **calibration,
+                struct fv_error *error);
     enum fv_imu_submitted (*submit)(void *context, int transfer);
     void (*cancel)(void *context, int transfer);
     int (*unstall)(void *context); /* 0, or -1: the endpoint stays halted */
@@ -81,7 +82,6 @@ enum fv_imu_feed_phase { FV_IMU_SEARCHING, FV_IMU_STREAMING, FV_IMU_ENDING };
 struct fv_imu_feed {
     const struct fv_imu_port *port;
     const struct fv_clock *clock;
-    const struct fv_imu_calibration *calibration;
     enum fv_imu_feed_phase phase;
     const struct fv_imu_device *device; /* of the newest connection */
     struct fv_imu_stream stream;
@@ -100,9 +100,8 @@ struct fv_imu_feed {
     struct fv_mailbox box;
 };
 
-/* calibration: NULL: none; kept. Nothing is opened yet. */
-void fv_imu_feed_begin(struct fv_imu_feed *feed, const struct fv_imu_port *port, const struct fv_clock *clock,
-                       const struct fv_imu_calibration *calibration);
+/* Nothing is opened yet. */
+void fv_imu_feed_begin(struct fv_imu_feed *feed, const struct fv_imu_port *port, const struct fv_clock *clock);
 
 /* Opens the port and submits all transfers, at once; 0, or 1 or -1 with the error set, as port->open. For the first time,
  * where an error is to be told; the steps do it by themselves. */

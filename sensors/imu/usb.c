@@ -52,7 +52,7 @@ int fv_imu_usb_open(struct fv_imu_usb **usb, const struct fv_config *c, struct f
     u->neck = (struct fv_neck){1e-3 * c->imu_neck_up_mm, 1e-3 * c->imu_neck_ahead_mm};
     u->predict = strcmp(c->imu_predict, "hold") != 0;
     if (make_port(u, c, &port, error)) return -1;
-    fv_imu_feed_begin(&u->feed, fv_usb_port_for(port, &u->feed), &fv_clock_monotonic, NULL);
+    fv_imu_feed_begin(&u->feed, fv_usb_port_for(port, &u->feed), &fv_clock_monotonic);
     if (fv_imu_feed_search(&u->feed, error)) return -1;
     if (fv_thread_start(&u->thread, "imu", run, u, error)) return -1;
     *usb = u;

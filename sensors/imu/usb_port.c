@@ -3,6 +3,8 @@
 #include "sensors/imu/usb_port.h"
 
 #include "platform/arena.h"
+#include "platform/log.h"
+#include "sensors/imu/factory.h"
 #include "sensors/imu/usb_memory.h"
 
 #include <errno.h>
@@ -33,6 +35,9 @@ struct fv_usb_port {
     uint8_t endpoint;
     bool bulk;
     int length; /* of a transfer */
+    bool opened; /* once: what the factory measured of that device was read, if it could be */
+    char factory_serial[FV_USB_SERIAL_MAX];
+    struct fv_imu_calibration factory;
     struct fv_usb_place places[FV_USB_PLACES_MAX];
     struct slot slot[FV_IMU_TRANSFERS];
 };
@@ -139,7 +144,52 @@ static void no_device(const struct fv_usb_port *p, struct fv_error *error)
                      known);
 }
 
-static int open_device(void *context, const struct fv_imu_device **device, struct fv_error *error)
+enum { TO_INTERFACE = LIBUSB_REQUEST_TYPE_CLASS | LIBUSB_RECIPIENT_INTERFACE, FEATURE = 3, OUTPUT = 2, TIMEOUT_MS = 100 };
+
+/* A feature report (HID 1.11, section 7.2.1); a headset that is busy stalls. Bytes, or less than 0. */
+static int get_feature(struct fv_usb_port *p, int id, uint8_t *report, uint16_t bytes)
+{
+    enum { GET_REPORT = 1, TRIES = 50 };
+    int got = LIBUSB_ERROR_PIPE;
+    for (int i = 0; i < TRIES && (got == LIBUSB_ERROR_PIPE || got == 0); i++) {
+        if (i > 0) fv_clock_sleep_until_ns(p->feed->clock, fv_clock_now_ns(p->feed->clock) + 5000000);
+        got = libusb_control_transfer(p->handle, LIBUSB_ENDPOINT_IN | TO_INTERFACE, GET_REPORT,
+                                      (uint16_t)(FEATURE << 8 | id), (uint16_t)p->interface, report, bytes, TIMEOUT_MS);
+    }
+    return got;
+}
+
+static int read_pieces(struct fv_usb_port *p, struct fv_factory_pieces *pieces, struct fv_error *error)
+{
+    uint8_t report[FV_FACTORY_PIECE_MAX];
+    int more = 1, got = get_feature(p, FV_FACTORY_BEGIN, report, sizeof report);
+    while (got >= 0 && more > 0) {
+        got = get_feature(p, FV_FACTORY_PIECE, report, sizeof report);
+        if (got >= 0) more = fv_factory_piece(pieces, report, (size_t)got, error);
+    }
+    return got < 0 ? fv_error_set(error, "%s", libusb_strerror(got)) : more;
+}
+
+/* Of the first device that is opened, for its reading allocates; kept for when that one comes again. */
+static const struct fv_imu_calibration *calibration_of(struct fv_usb_port *p, const struct fv_usb_place *place,
+                                                       const struct fv_imu_device *device)
+{
+    static struct fv_factory_pieces pieces;
+    struct fv_error why;
+    bool first = !p->opened;
+    p->opened = true;
+    if (!device->factory) return NULL;
+    if (!first) return p->factory_serial[0] && strcmp(p->factory_serial, place->serial) == 0 ? &p->factory : NULL;
+    if (read_pieces(p, &pieces, &why) || fv_factory_read(pieces.packed, pieces.bytes, &p->factory, &why)) {
+        fv_log("imu: %s: no calibration of the factory's: %s; its readings are taken as they are", device->name, why.text);
+        return NULL;
+    }
+    strcpy(p->factory_serial, place->serial);
+    return &p->factory;
+}
+
+static int open_device(void *context, const struct fv_imu_device **device,
+                       const struct fv_imu_calibration **calibration, struct fv_error *error)
 {
     struct fv_usb_port *p = context;
     int count = fv_usb_list("", p->places);
@@ -153,7 +203,9 @@ static int open_device(void *context, const struct fv_imu_device **device, struc
     if (!*device)
         return fv_error_set(error, "imu: %04x:%04x is not known; imu.layout must say how its reports are laid out",
                             place->vendor, place->product);
-    return open_place(p, place, *device, error);
+    if (open_place(p, place, *device, error)) return -1;
+    *calibration = calibration_of(p, place, *device);
+    return 0;
 }
 
 static enum fv_imu_end end_of(enum libusb_transfer_status status)
@@ -208,7 +260,7 @@ static int unstall(void *context)
  * section 7.2.2). What ends meanwhile is told as ever. */
 static int tell(void *context, const struct fv_imu_command *c)
 {
-    enum { TO_INTERFACE = LIBUSB_REQUEST_TYPE_CLASS | LIBUSB_RECIPIENT_INTERFACE, SET_REPORT = 9, TIMEOUT_MS = 100 };
+    enum { SET_REPORT = 9 };
     struct fv_usb_port *p = context;
     uint8_t report[FV_USB_REPORT_MAX] = {0};
     if (c->interface != p->interface && c->interface != p->told_interface) {
@@ -216,7 +268,7 @@ static int tell(void *context, const struct fv_imu_command *c)
         p->told_interface = c->interface;
     }
     memcpy(report, c->report, sizeof c->report);
-    int value = (c->kind == FV_IMU_FEATURE ? 3 : 2) << 8 | c->report[0];
+    int value = (c->kind == FV_IMU_FEATURE ? FEATURE : OUTPUT) << 8 | c->report[0];
     int sent = libusb_control_transfer(p->handle, TO_INTERFACE, SET_REPORT, (uint16_t)value, (uint16_t)c->interface,
                                        report, (uint16_t)c->bytes, TIMEOUT_MS);
     return sent == c->bytes ? 0 : -1;

@@ -30,6 +30,7 @@ static struct host {
     int bytes;        /* of a report that comes */
     void (*spoil)(struct host *host);
     const struct fv_imu_device *device;
+    const struct fv_imu_calibration *calibration;
     const char *error;
 } host;
 static struct fv_imu_feed feed;
@@ -71,7 +72,8 @@ static void make_report(struct host *h)
     if (h->spoil) h->spoil(h);
 }
 
-static int open_device(void *context, const struct fv_imu_device **device, struct fv_error *why)
+static int open_device(void *context, const struct fv_imu_device **device,
+                       const struct fv_imu_calibration **calibration, struct fv_error *why)
 {
     struct host *h = context;
     assert_false(h->open);
@@ -85,6 +87,7 @@ static int open_device(void *context, const struct fv_imu_device **device, struc
     h->queued = 0;
     h->halted = false;
     *device = h->device;
+    *calibration = h->calibration;
     return 0;
 }
 
@@ -188,7 +191,7 @@ static int fresh(void **state)
     (void)state;
     host = (struct host){.now_ns = 1000 * ms, .plugged = true, .ticks = 5, .rate_deg_s = 90, .bytes = 52,
                          .device = &fv_imu_devices[FV_IMU_VIVE], .error = "imu: none is plugged in"};
-    fv_imu_feed_begin(&feed, &port, &made_up, NULL);
+    fv_imu_feed_begin(&feed, &port, &made_up);
     return 0;
 }
 

@@ -2,6 +2,7 @@
  * devices, the layout of unknown ones, the rules for udev, libusb's memory, the mailbox. */
 #include "platform/mailbox.h"
 #include "platform/threads.h"
+#include "sensors/imu/factory.h"
 #include "sensors/imu/head.h"
 #include "sensors/imu/layout.h"
 #include "sensors/imu/usb_find.h"
@@ -10,6 +11,7 @@
 #include "tests/support/program.h"
 
 #include <math.h>
+#include <zlib.h>
 
 static const int64_t ms = 1000000;
 static struct fv_error error;
@@ -174,6 +176,52 @@ static void memory(void **state)
     assert_non_null(fv_usb_malloc(30000));
 }
 
+/* Text, compressed, in pieces of 62 bytes, as a headset gives it. */
+static int factory(const char *text, struct fv_imu_calibration *calibration)
+{
+    static struct fv_factory_pieces pieces;
+    static uint8_t packed[8192];
+    uint8_t report[FV_FACTORY_PIECE_MAX] = {FV_FACTORY_PIECE};
+    uLongf bytes = sizeof packed;
+    int more = 1;
+    pieces.bytes = 0;
+    assert_int_equal(compress(packed, &bytes, (const Bytef *)text, (uLong)strlen(text)), Z_OK);
+    for (uLongf at = 0; more > 0; at += report[1]) {
+        report[1] = (uint8_t)(bytes - at < 62 ? bytes - at : 62);
+        memcpy(report + 2, packed + at, report[1]);
+        more = fv_factory_piece(&pieces, report, sizeof report, &error);
+        assert_int_equal(more, report[1] > 0);
+    }
+    assert_int_equal(pieces.bytes, bytes);
+    return fv_factory_read(pieces.packed, pieces.bytes, calibration, &error);
+}
+
+static void factories(void **state)
+{
+    (void)state;
+    static const char *const bad[] = {
+        "", "[1]", "{}", "{\"acc_bias\": [0, 0], \"gyro_bias\": [0, 0, 0]}",
+        "{\"acc_bias\": [0, 0, \"1\"], \"gyro_bias\": [0, 0, 0]}", "{\"acc_bias\": [0, 0, 99], \"gyro_bias\": [0, 0, 0]}",
+        "{\"acc_bias\": [0, 0, 0], \"gyro_bias\": [0, 0, 0], \"acc_scale\": [1, 1, 0]}", "{\"acc_bias\": [NaN]}"};
+    const uint8_t wrong[] = {FV_FACTORY_PIECE, 3, 1, 2}, other[] = {FV_FACTORY_BEGIN, 0};
+    static struct fv_factory_pieces full = {.bytes = FV_FACTORY_PACKED_MAX - 1};
+    struct fv_imu_calibration c = fv_imu_uncalibrated;
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) assert_int_equal(factory(bad[i], &c), -1);
+    assert_memory_equal(&c, &fv_imu_uncalibrated, sizeof c);
+    assert_int_equal(factory("{\"acc_bias\": [0.1, -0.2, 0.3], \"acc_scale\": [1.001, 0.999, 1], \"gyro_bias\": [0.01, 0, "
+                             "-0.02], \"gyro_scale\": [1, 1, 1.5], \"device\": {\"imu\": 1}}", &c), 0);
+    assert_true(c.acc_bias[1] == -0.2 && c.acc_scale[0] == 1.001 && c.rate_bias[2] == -0.02 && c.rate_scale[2] == 1.5);
+    assert_int_equal(factory("{\"imu\": {\"acc_bias\": [1, 2, 3], \"gyro_bias\": [0, 0, 0.5]}, \"acc_bias\": [9, 9, 9]}", &c),
+                     0);
+    assert_true(c.acc_bias[2] == 3 && c.acc_scale[2] == 1 && c.rate_bias[2] == 0.5 && c.rate_scale[0] == 1);
+    assert_int_equal(fv_factory_piece(&full, wrong, sizeof wrong, &error), -1);
+    assert_int_equal(fv_factory_piece(&full, other, sizeof other, &error), -1);
+    assert_int_equal(fv_factory_piece(&full, wrong, 1, &error), -1);
+    assert_int_equal(fv_factory_piece(&full, (const uint8_t[]){FV_FACTORY_PIECE, 2, 1, 2}, 4, &error), -1);
+    assert_int_equal(fv_factory_read(wrong, sizeof wrong, &c, &error), -1);
+    assert_int_equal(fv_factory_read(wrong, 0, &c, &error), -1);
+}
+
 struct letter {
     uint64_t word[40];
 };
@@ -215,7 +263,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(heads), cmocka_unit_test(layouts), cmocka_unit_test(finds),
-        cmocka_unit_test(rules), cmocka_unit_test(memory),  cmocka_unit_test(letters),
+        cmocka_unit_test(rules), cmocka_unit_test(memory),  cmocka_unit_test(factories), cmocka_unit_test(letters),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }
