@@ -12,16 +12,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { FV_MAILBOX_WORDS = 64 };
+enum { FV_MAILBOX_BYTES = 1024 };
 
 /* All zero: empty. */
 struct fv_mailbox {
     _Alignas(64) _Atomic uint64_t begun; /* values that were begun to be put ... */
     _Atomic uint64_t put;                /* ... and those that are there */
-    _Atomic uint64_t word[2][FV_MAILBOX_WORDS];
+    _Atomic uint64_t word[2][FV_MAILBOX_BYTES / 8];
 };
 
-/* `bytes`: the same at each call, at most 8 * FV_MAILBOX_WORDS. */
+/* `bytes`: the same at each call, at most FV_MAILBOX_BYTES. */
 void fv_mailbox_put(struct fv_mailbox *mailbox, const void *value, size_t bytes);
 
 /* The newest value; false and untouched where none was put yet. */

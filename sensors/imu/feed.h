@@ -11,7 +11,8 @@
  * what is in flight for ever: it is cancelled, then the halt is cleared.
  *
  * Across an absence the orientation is kept, and turns no further; time goes on by the host's clock. Everything is
- * counted; that reports stay away, and that they come again, is logged once each. Nothing is allocated, and nothing is shared but the mailbox. usb_port.h is the port to real devices. */
+ * counted; that reports stay away, and that they come again, is logged once each. Nothing is allocated, and nothing is
+ * shared but the mailbox. usb_port.h is the port to real devices. */
 #ifndef FV_SENSORS_IMU_FEED_H
 #define FV_SENSORS_IMU_FEED_H
 

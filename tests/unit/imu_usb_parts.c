@@ -20,7 +20,8 @@ static void heads(void **state)
 {
     (void)state;
     const struct fv_neck neck = {0.075, 0.08};
-    struct fv_imu_state s = {.good = 1, .t_ns = 1000 * ms, .arrival_ns = 1000 * ms, .rotation = {1, 0, 0, 0}, .rate = {0, 1, 0}};
+    struct fv_imu_state s = {.good = 1, .t_ns = 1000 * ms, .arrival_ns = 1000 * ms, .rotation = {1, 0, 0, 0},
+                             .rate = {0, 1, 0}};
     struct fv_pose head;
     double turn[3];
     assert_true(fv_imu_head(&s, &neck, true, 1010 * ms, 20 * ms, &head));
