@@ -245,6 +245,8 @@ int fv_report_json(const struct fv_session *s, const struct fv_config *config, c
     key(",\n", "imu");
     integer("{", "samples", s->imu_samples);
     integer(",", "rejected", s->imu_rejected);
+    integer(",", "lost", s->imu_lost);
+    integer(",", "reconnects", s->imu_reconnects);
     fv_writer_print(&out, "}");
     write_memory(s);
     write_plan(s);

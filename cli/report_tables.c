@@ -116,7 +116,9 @@ void fv_report_sealed(struct fv_report_page *page)
                 {"gaze samples", s->gaze_samples, 0},
                 {"gaze samples lost", s->gaze_lost, 0},
                 {"head samples", s->imu_samples, 0},
-                {"head samples rejected", s->imu_rejected, s->imu_rejected}};
+                {"head samples rejected", s->imu_rejected, s->imu_rejected},
+                {"head samples lost by the device", s->imu_lost, s->imu_lost},
+                {"times the device came again", s->imu_reconnects, s->imu_reconnects}};
     fv_section_open(page->out, "Counters", NULL);
     fv_table_open(page->out, "counters",
                   "<th scope=\"col\">of the session</th><th scope=\"col\" class=\"n\">count</th>");

@@ -156,6 +156,8 @@ static void fill_session(struct run *r)
     s->gaze_lost = counts.gaze_lost;
     s->imu_samples = counts.imu_samples;
     s->imu_rejected = counts.imu_rejected;
+    s->imu_lost = counts.imu_lost;
+    s->imu_reconnects = counts.imu_reconnects;
     s->gaze_latency_ms_p50 = percentile(s, FV_COLUMN_GAZE_LATENCY, 50);
     s->heap_calls = fv_heap_calls();
     s->memory_syscalls = fv_heap_system_calls();
@@ -210,6 +212,7 @@ int fv_verb_run(const struct fv_arguments *a)
     struct fv_loop_io io = {&r, latch, wants, present, r.decided > 0 ? decided : NULL, after};
     fv_heap_seal(strcmp(r.setup.config.threads_sealed_heap, "fatal") == 0);
     fv_loop_run(&r.setup.loop, &io, r.frames);
+    fv_sensors_close(r.setup.sensors);
     fill_session(&r);
     write_reports(&r, a->out);
     fv_progress_close(&r.setup.session, &r.setup.config,

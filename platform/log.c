@@ -5,13 +5,14 @@
 #include "platform/error.h"
 
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-static bool progress_shown;
+static atomic_bool progress_shown; /* devices' threads log too */
 
 static void write_line(const char *before, const char *format, va_list arguments, const char *after)
 {

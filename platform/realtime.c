@@ -78,6 +78,24 @@ static int say_fifo_refused(int refused, int priority, struct fv_error *said)
                         priority, (unsigned long long)limit.rlim_cur);
 }
 
+/* Above the workers, who would keep a device waiting for whole frames: it takes a few microseconds of a millisecond. Where
+ * only the workers' priority is permitted that, between their runs. Returns the priority that all of them got, 0: none. */
+static int set_devices_fifo(int worker_priority)
+{
+    const pthread_t *thread;
+    int threads = fv_device_threads(&thread), least = threads > 0 ? worker_priority + 1 : 0;
+    for (int i = 0; i < threads; i++) {
+        int priority = worker_priority + 1;
+        struct sched_param fifo = {.sched_priority = priority};
+        while (priority > 0 && pthread_setschedparam(thread[i], SCHED_FIFO | SCHED_RESET_ON_FORK, &fifo)) {
+            priority = priority > worker_priority ? worker_priority : 0;
+            fifo.sched_priority = priority;
+        }
+        if (priority < least) least = priority;
+    }
+    return least;
+}
+
 static int set_fifo(const struct fv_realtime_request *r, const struct fv_workers *w, struct fv_error *said)
 {
     struct sched_param fifo = {.sched_priority = r->fifo_priority}, ordinary = {.sched_priority = 0};
@@ -99,10 +117,13 @@ static int set_fifo(const struct fv_realtime_request *r, const struct fv_workers
             pthread_setschedparam(fv_workers_thread(i), SCHED_OTHER | SCHED_RESET_ON_FORK, &ordinary);
         return say_fifo_refused(refused, r->fifo_priority, said);
     }
-    if (bound_ms < 0) fv_error_set(said, "%d workers at priority %d", w->count, r->fifo_priority);
+    char of_devices[32] = "";
+    int device_priority = set_devices_fifo(r->fifo_priority);
+    if (device_priority > 0) snprintf(of_devices, sizeof of_devices, ", devices' at %d", device_priority);
+    if (bound_ms < 0) fv_error_set(said, "%d workers at priority %d%s", w->count, r->fifo_priority, of_devices);
     else
-        fv_error_set(said, "%d workers at priority %d; at most %d ms of a second (sched_rt_runtime_us)",
-                     w->count, r->fifo_priority, bound_ms);
+        fv_error_set(said, "%d workers at priority %d%s; at most %d ms of a second (sched_rt_runtime_us)",
+                     w->count, r->fifo_priority, of_devices, bound_ms);
     return 0;
 }
 

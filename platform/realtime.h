@@ -12,7 +12,7 @@
 
 enum fv_realtime_extra {
     FV_REALTIME_PIN,     /* each worker on a core of its own */
-    FV_REALTIME_FIFO,    /* SCHED_FIFO for every worker */
+    FV_REALTIME_FIFO,    /* SCHED_FIFO for every worker, and one above it for devices' threads */
     FV_REALTIME_LOCK,    /* what is used of the arena, the program and the first stack stays in memory */
     FV_REALTIME_LATENCY, /* idle cores wake within a time: /dev/cpu_dma_latency */
     FV_REALTIME_EXTRAS
@@ -23,7 +23,7 @@ enum { FV_FIFO_PRIORITY_MAX = 10 };
 
 struct fv_realtime_request {
     bool pin;
-    int fifo_priority; /* 1 to FV_FIFO_PRIORITY_MAX; 0: not asked for */
+    int fifo_priority; /* of workers, 1 to FV_FIFO_PRIORITY_MAX; 0: not asked for */
     bool lock_memory;
     int cpu_latency_us; /* 0 and above; -1: not asked for */
     const char *root;   /* folder in whose place / is: "" but in tests */

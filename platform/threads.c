@@ -9,6 +9,7 @@
 #include <errno.h>
 #include <linux/futex.h>
 #include <sched.h>
+#include <signal.h>
 #include <string.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -25,6 +26,8 @@ struct start {
 
 static struct start starts[FV_WORKERS_MAX];
 static pthread_t handles[FV_WORKERS_MAX];
+static pthread_t devices[FV_DEVICE_THREADS_MAX];
+static int device_count;
 
 int fv_threads_cores(void)
 {
@@ -171,4 +174,31 @@ void fv_workers_stop(struct fv_workers *w)
     syscall(SYS_futex, &w->generation, FUTEX_WAKE_PRIVATE, FV_WORKERS_MAX, NULL, NULL, 0);
     for (int i = 1; i < w->count; i++) pthread_join(handles[i], NULL);
     w->count = 1;
+}
+
+int fv_thread_start(pthread_t *thread, const char *name, void *(*function)(void *), void *context,
+                    struct fv_error *error)
+{
+    pthread_attr_t attributes;
+    sigset_t all, before;
+    assert(device_count < FV_DEVICE_THREADS_MAX);
+    sigfillset(&all);
+    pthread_attr_init(&attributes);
+    char *stack = fv_arena_take(fv_arena(), "device stacks", FV_DEVICE_STACK_BYTES, 4096);
+    pthread_attr_setstack(&attributes, stack, FV_DEVICE_STACK_BYTES);
+    pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    int failed = pthread_create(thread, &attributes, function, context);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    pthread_attr_destroy(&attributes);
+    if (failed) return fv_error_set(error, "thread %s: %s", name, strerror(failed));
+    pthread_setname_np(*thread, name);
+    devices[device_count++] = *thread;
+    return 0;
+}
+
+int fv_device_threads(const pthread_t **threads)
+{
+    *threads = devices;
+    return device_count;
 }

@@ -1,4 +1,4 @@
-/* threads: pinned workers that live as long as the program and run the tiles of a pass.
+/* threads: pinned workers that live as long as the program and run the tiles of a pass; and threads of devices.
  *
  * The calling thread is worker 0. Tile numbers are handed out one after another from a shared counter;
  * which worker gets which tile must not change any result. Between runs the workers spin for a short
@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { FV_WORKERS_MAX = 64, FV_WORKER_STACK_BYTES = 2 << 20 };
+enum { FV_WORKERS_MAX = 64, FV_DEVICE_THREADS_MAX = 8, FV_WORKER_STACK_BYTES = 2 << 20, FV_DEVICE_STACK_BYTES = 1 << 20 };
 
 typedef void fv_worker_function(void *context, int worker);
 typedef void fv_tile_function(void *context, int tile, int worker);
@@ -52,5 +52,14 @@ void fv_workers_run(struct fv_workers *workers, int tiles, fv_tile_function *fun
 
 /* Ends the threads (tests; the program itself just exits). */
 void fv_workers_stop(struct fv_workers *workers);
+
+/* Starts a thread that waits for a device, its stack taken from the arena ("device stacks"); no signal reaches it. An
+ * ordinary one, whatever class the caller is of. name: at most 15 characters, as the system shows it. At most
+ * FV_DEVICE_THREADS_MAX. Returns 0, or -1 with the error set. */
+int fv_thread_start(pthread_t *thread, const char *name, void *(*function)(void *), void *context,
+                    struct fv_error *error);
+
+/* Those that were started; returns their number. */
+int fv_device_threads(const pthread_t **threads);
 
 #endif

@@ -4,6 +4,7 @@
 #include "sensors/sensors.h"
 
 #include "platform/arena.h"
+#include "sensors/imu/usb.h"
 #include "sensors/motion.h"
 #include "sensors/predict.h"
 #include "sensors/tape.h"
@@ -23,6 +24,7 @@ struct fv_sensors {
     const struct eye_source *eye;
     const struct imu_source *imu;
     struct fv_tape eye_tape, imu_tape;
+    struct fv_imu_usb *imu_usb;
     uint64_t eye_seed, imu_seed;
     double hold_s, noise_deg;
     const struct fv_head_predictor *predictor;
@@ -35,7 +37,8 @@ struct fv_sensors {
 };
 
 /* sample: what is at a time; false: the source gives none. history: the samples that are known at a time,
- * oldest first, and that time on their clock; returns their number. */
+ * oldest first, and that time on their clock; returns their number. ahead, of a device: what will be so long from now,
+ * predicted by what it measures; the others are NULL. */
 struct eye_source {
     const char *name;
     int (*open)(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error);
@@ -48,6 +51,7 @@ struct imu_source {
     int (*open)(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error);
     bool (*sample)(const struct fv_sensors *s, int64_t t_ns, struct fv_pose *head);
     int (*history)(struct fv_sensors *s, int64_t t_ns, const struct fv_head_sample **history, int64_t *at_ns);
+    bool (*ahead)(const struct fv_sensors *s, int64_t ahead_ns, struct fv_pose *head);
 };
 
 static int open_nothing(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error)
@@ -157,13 +161,24 @@ static bool imu_none(const struct fv_sensors *s, int64_t t_ns, struct fv_pose *h
     return false;
 }
 
+static int open_imu_usb(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error)
+{
+    return fv_imu_usb_open(&s->imu_usb, config, error);
+}
+
+static bool imu_usb(const struct fv_sensors *s, int64_t ahead_ns, struct fv_pose *head)
+{
+    return fv_imu_usb_head(s->imu_usb, ahead_ns, head);
+}
+
 /* A source without a history is as it is at any time. */
 static const struct eye_source eye_sources[] = {{"sim", open_nothing, eye_sim, eye_sim_history},
                                                 {"tape", open_eye_tape, eye_tape, eye_tape_history},
                                                 {"none", open_nothing, eye_none, NULL}};
-static const struct imu_source imu_sources[] = {{"sim", open_nothing, imu_sim, imu_sim_history},
-                                                {"tape", open_imu_tape, imu_tape, imu_tape_history},
-                                                {"none", open_nothing, imu_none, NULL}};
+static const struct imu_source imu_sources[] = {{"sim", open_nothing, imu_sim, imu_sim_history, NULL},
+                                                {"tape", open_imu_tape, imu_tape, imu_tape_history, NULL},
+                                                {"usb", open_imu_usb, NULL, NULL, imu_usb},
+                                                {"none", open_nothing, imu_none, NULL, NULL}};
 
 int fv_sensors_open(struct fv_sensors **sensors, const struct fv_config *config, struct fv_error *error)
 {
@@ -230,6 +245,7 @@ static bool head_for(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, stru
 {
     const struct fv_head_sample *history;
     int64_t at_ns;
+    if (s->imu->ahead) return s->imu->ahead(s, now_ns < show_ns ? horizon_ns(now_ns, show_ns) : 0, head);
     if (now_ns >= show_ns || !s->imu->history) return s->imu->sample(s, show_ns, head);
     int count = s->imu->history(s, now_ns, &history, &at_ns);
     s->predictor->predict(history, count, at_ns + horizon_ns(now_ns, show_ns), head);
@@ -284,7 +300,18 @@ void fv_sensors_latch(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, str
 
 struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *s)
 {
-    return s->counts;
+    struct fv_sensors_counts counts = s->counts;
+    if (!s->imu_usb) return counts;
+    struct fv_imu_feed_counts of = fv_imu_usb_counts(s->imu_usb);
+    counts.imu_rejected += of.rejected + of.foreign + of.too_long;
+    counts.imu_lost = of.lost;
+    counts.imu_reconnects = of.connects - 1;
+    return counts;
+}
+
+void fv_sensors_close(struct fv_sensors *s)
+{
+    if (s->imu_usb) fv_imu_usb_close(s->imu_usb);
 }
 
 const struct fv_tape *fv_sensors_eye_tape(const struct fv_sensors *s)

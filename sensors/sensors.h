@@ -38,13 +38,16 @@ struct fv_gaze {
 struct fv_sensors; /* opaque, in the arena */
 
 /* Samples latched; of these, gazes lost and poses rejected. Rows that were rejected when a tape was
- * read count as lost or rejected too. Sources "none" give no samples. */
+ * read count as lost or rejected too, and so do a device's samples and reports that were refused. Sources "none" give
+ * no samples. Of a device: samples that by its clock must have been there and never came, and how often it came again. */
 struct fv_sensors_counts {
     int64_t gaze_samples, gaze_lost, imu_samples, imu_rejected;
+    int64_t imu_lost, imu_reconnects;
 };
 
 /* Opens the sources that the settings name: eye.source and imu.source; tapes are read whole, into
- * the arena. Returns 0, or -1 with the error set (file:line). */
+ * the arena; devices are opened, and read by a thread each from then on. Returns 0, or -1 with the error set
+ * (file:line). */
 int fv_sensors_open(struct fv_sensors **sensors, const struct fv_config *config, struct fv_error *error);
 
 /* Pose and gaze for showing at the session time show_ns, from what is known at now_ns (taken as show_ns
@@ -60,6 +63,9 @@ int fv_sensors_open(struct fv_sensors **sensors, const struct fv_config *config,
  * now_ns = show_ns: simulated sources are sampled at that time, head poses of a tape interpolated between
  * its rows (slerp).
  *
+ * A device (imu.source usb) gives what it knows when it is asked, moved on by what now_ns is before show_ns and by its
+ * samples' age. While it is lost the last pose is held, each latch counted as rejected.
+ *
  * Past a tape's end the tape starts again. A lost gaze is held up to eye.hold_ms, then goes to the centre
  * in a smooth move, its uncertainty growing meanwhile. Never NaN: samples that are not finite or not unit
  * length (to 1e-3), or a gaze that is not in front of the face, are rejected and counted. */
@@ -67,6 +73,9 @@ void fv_sensors_latch(struct fv_sensors *sensors, int64_t now_ns, int64_t show_n
                       struct fv_gaze *gaze);
 
 struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *sensors);
+
+/* Gives devices back to the system; nothing is latched any more. */
+void fv_sensors_close(struct fv_sensors *sensors);
 
 /* The tapes that the sources read (tape.h); NULL where the source is no tape. */
 struct fv_tape;

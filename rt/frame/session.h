@@ -67,6 +67,7 @@ struct fv_session {
     struct fv_frame_record *record;
     /* Sensors and memory, at the end. */
     int64_t gaze_samples, gaze_lost, imu_samples, imu_rejected;
+    int64_t imu_lost, imu_reconnects; /* of a device */
     double gaze_latency_ms_p50;
     int64_t heap_calls, memory_syscalls;
     /* Rows of the plan: what was kept or left out, with the reason and bytes. */

@@ -24,7 +24,7 @@ enum fv_imu_number { FV_IMU_I16, FV_IMU_I32, FV_IMU_F32, FV_IMU_NUMBERS };
 /* A report of one reading or more, all laid out alike, `stride` bytes apart. */
 struct fv_imu_layout {
     int id;                   /* the first byte; -1: any */
-    int bytes;                /* of the report */
+    int bytes;                /* of the report, at most where it has its own decoder */
     int readings;             /* 1 to FV_IMU_READINGS */
     int first, stride;        /* where the first one is; from one to the next */
     int acc, rate;            /* within a reading: three numbers each */

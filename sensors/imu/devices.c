@@ -1,4 +1,5 @@
-/* devices: see devices.h. Ids, layouts, scales and axes are those that OpenHMD, Monado and libsurvive tell of. */
+/* devices: see devices.h. Ids, layouts, scales, axes and commands are those that OpenHMD, Monado and libsurvive tell
+ * of. */
 #include "sensors/imu/devices.h"
 
 #include <math.h>
@@ -19,12 +20,14 @@
     .axes = {1, -2, -3}
 
 const struct fv_imu_device fv_imu_devices[FV_IMU_DEVICES] = {
-    [FV_IMU_VIVE] = {.name = "vive", .vendor = 0x28de, .product = 0x2000, LIGHTHOUSE},
+    [FV_IMU_VIVE] = {.name = "vive", .vendor = 0x28de, .product = 0x2000, LIGHTHOUSE, .factory = true},
     /* Which way its sensor sits is not known here: its axes are taken for the Vive's. */
-    [FV_IMU_INDEX] = {.name = "index", .vendor = 0x28de, .product = 0x2300, LIGHTHOUSE},
+    [FV_IMU_INDEX] = {.name = "index", .vendor = 0x28de, .product = 0x2300, LIGHTHOUSE, .factory = true},
     [FV_IMU_RIFT] = {.name = "rift-dk2", .vendor = 0x2833, .product = 0x0021, .decode = fv_imu_decode_rift,
-                     .layout = {.acc_unit = 1e-4, .rate_unit = 1e-4}, .tick_ns = MHZ(1), .counter_bits = 32,
-                     .hz = 1000, .acc_full = INFINITY, .rate_full = INFINITY, .axes = {1, 2, 3}},
+                     .layout = {.bytes = 64, .acc_unit = 1e-4, .rate_unit = 1e-4}, .tick_ns = MHZ(1), .counter_bits = 32,
+                     .hz = 1000, .acc_full = INFINITY, .rate_full = INFINITY, .axes = {1, 2, 3},
+                     /* Keep alive: sends for 10,000 ms from here. */
+                     .command = {FV_IMU_FEATURE, 0, 5, {8, 0, 0, 0x10, 0x27}, 8}},
     /* Buttons come first, so no id. The rate's unit is known to a few hundredths. */
     [FV_IMU_PSVR] = {.name = "psvr", .vendor = 0x054c, .product = 0x09af, .interface = 4,
                      .decode = fv_imu_decode_layout,
@@ -32,10 +35,14 @@ const struct fv_imu_device fv_imu_devices[FV_IMU_DEVICES] = {
                                 .counter = 0, .counter_bytes = 4, .number = FV_IMU_I16,
                                 .acc_unit = GRAVITY / 16384, .rate_unit = 1.05e-3},
                      .tick_ns = MHZ(1), .counter_bits = 32, .hz = 2000, .acc_full = 2 * GRAVITY,
-                     .rate_full = 1.05e-3 * 32768, .axes = {2, 1, -3}},
+                     .rate_full = 1.05e-3 * 32768, .axes = {2, 1, -3},
+                     /* On. */
+                     .command = {FV_IMU_OUTPUT, 5, 8, {0x17, 0, 0xaa, 4, 1}, INFINITY}},
     [FV_IMU_WINDOWS] = {.name = "windows", .vendor = 0x045e, .product = 0x0659, .decode = fv_imu_decode_windows,
-                        .layout = {.acc_unit = 1e-3, .rate_unit = 1e-3}, .tick_ns = MHZ(10), .counter_bits = 64,
-                        .hz = 1000, .acc_full = INFINITY, .rate_full = INFINITY, .axes = {-2, -1, -3}},
+                        .layout = {.bytes = 497, .acc_unit = 1e-3, .rate_unit = 1e-3}, .tick_ns = MHZ(10), .counter_bits = 64,
+                        .hz = 1000, .acc_full = INFINITY, .rate_full = INFINITY, .axes = {-2, -1, -3},
+                        /* Sensors on. */
+                        .command = {FV_IMU_OUTPUT, 0, 64, {2, 7}, INFINITY}},
     [FV_IMU_GENERIC] = {.name = "generic", LIGHTHOUSE},
 };
 
@@ -144,6 +151,13 @@ static bool take_times(struct fv_imu_stream *s, struct fv_imu_reading readings[]
     return s->map.restarts != restarts;
 }
 
+/* A reading that the report cannot hold beside its newest one: its counter was garbled, or is of before a restart. */
+static bool far_off(const struct fv_imu_stream *s, int64_t ticks, int64_t newest)
+{
+    double before_s = 1e-9 * s->map.tick_ns * ((double)newest - (double)ticks);
+    return !(before_s >= 0 && before_s <= 1 + FV_IMU_READINGS / s->device.hz);
+}
+
 int fv_imu_stream_report(struct fv_imu_stream *s, const uint8_t *report, size_t bytes, int64_t arrival_ns,
                          struct fv_imu_sample samples[FV_IMU_READINGS])
 {
@@ -158,7 +172,7 @@ int fv_imu_stream_report(struct fv_imu_stream *s, const uint8_t *report, size_t 
     if (count == 0) return 0;
     if (take_times(s, reading, ticks, count, arrival_ns)) s->counts.restarts++, s->begun = false;
     for (int i = 0; i < count; i++) {
-        if (s->begun && ticks[i] <= s->newest) {
+        if ((s->begun && ticks[i] <= s->newest) || far_off(s, ticks[i], ticks[count - 1])) {
             s->counts.repeated++;
             continue;
         }

@@ -6,6 +6,14 @@
 #include "sensors/imu/clock_map.h"
 #include "sensors/imu/decode.h"
 
+/* What a device must be told before it sends: a report of its own to the device. */
+struct fv_imu_command {
+    enum fv_imu_command_kind { FV_IMU_OUTPUT, FV_IMU_FEATURE } kind; /* of HID 1.11, section 7.2.2 */
+    int interface, bytes; /* of the report, id first; 0: it need not be told anything */
+    uint8_t report[16];   /* the rest is 0 */
+    double every_s;       /* told again; INFINITY: once */
+};
+
 struct fv_imu_device {
     const char *name;
     uint16_t vendor, product;
@@ -18,6 +26,8 @@ struct fv_imu_device {
     double acc_full, rate_full; /* full scales, m/s^2 and rad/s, for fusion.h; INFINITY: not known */
     /* The head's x (right), y (up), z (back) are the device's axes 1, 2, 3, or minus them. */
     int8_t axes[3];
+    struct fv_imu_command command;
+    bool factory; /* it holds a calibration (factory.h) */
 };
 
 enum fv_imu_device_kind {
@@ -56,7 +66,7 @@ struct fv_imu_sample {
 struct fv_imu_counts {
     int64_t reports, other; /* others' reports came too: they are none of the reports */
     int64_t samples;        /* given out */
-    int64_t repeated;       /* readings that had come before, or came too late */
+    int64_t repeated;       /* readings that had come before, came too late, or lie far from the newest of their report */
     int64_t lost;           /* that by the device's clock must have been there and never came */
     int64_t restarts;       /* of the device's clock */
 };

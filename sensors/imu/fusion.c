@@ -255,12 +255,18 @@ void fv_fusion_add(struct fv_fusion *f, const double rate[3], const double acc[3
     fv_quat_normalise(f->rotation);
 }
 
+void fv_fusion_turn(const double rotation[4], const double rate[3], double ahead_s, double turned[4])
+{
+    double turn[3], step[4];
+    for (int i = 0; i < 3; i++) turn[i] = rate[i] * (ahead_s > 0 ? fmin(ahead_s, FV_FUSION_AHEAD_S) : 0);
+    fv_quat_from_vector(turn, step);
+    fv_quat_multiply(rotation, step, turned);
+    fv_quat_normalise(turned);
+}
+
 void fv_fusion_predict(const struct fv_fusion *f, double ahead_s, double rotation[4])
 {
-    double turn[3], step[4], ahead = f->missing_s + fmax(ahead_s, 0);
+    double ahead = f->missing_s + fmax(ahead_s, 0);
     if (!(ahead <= FV_FUSION_AHEAD_S)) ahead = f->missing_s < FV_FUSION_AHEAD_S ? FV_FUSION_AHEAD_S : 0;
-    for (int i = 0; i < 3; i++) turn[i] = f->rate[i] * ahead;
-    fv_quat_from_vector(turn, step);
-    fv_quat_multiply(f->rotation, step, rotation);
-    fv_quat_normalise(rotation);
+    fv_fusion_turn(f->rotation, f->rate, ahead, rotation);
 }

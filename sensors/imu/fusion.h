@@ -86,4 +86,7 @@ void fv_fusion_add(struct fv_fusion *fusion, const double rate_rad_s[3], const d
 #define FV_FUSION_AHEAD_S 0.1
 void fv_fusion_predict(const struct fv_fusion *fusion, double ahead_s, double rotation[4]);
 
+/* The same from what was copied of a fusion: its rotation and its rate, `ahead_s` after the sample that they are of. */
+void fv_fusion_turn(const double rotation[4], const double rate[3], double ahead_s, double turned[4]);
+
 #endif

@@ -1,6 +1,6 @@
 /* imu_usb: captures of real headsets from bytes to samples to rotation: each reading that is in them once and none
  * other, host times near their arrival, gravity as it is where the head rests. */
-#include "sensors/imu/devices.h"
+#include "sensors/imu/factory.h"
 #include "sensors/imu/fusion.h"
 
 #include "tests/support/program.h"
@@ -120,8 +120,44 @@ static void index_headset(void **state)
     judge(1);
 }
 
+/* What the factory measured of each device in a capture, piece by piece as they came. */
+static void factory(void **state)
+{
+    (void)state;
+    enum { DEVICES = 128 };
+    static struct fv_factory_pieces pieces[DEVICES];
+    struct fv_imu_calibration c;
+    struct fv_error error;
+    char path[512];
+    int read = 0;
+    for (int n = 0; n < 2; n++) {
+        snprintf(path, sizeof path, FOLDER "/%s", captures[n].file);
+        gzFile f = pcap_open(path);
+        if (!f) skip();
+        memset(pieces, 0, sizeof pieces);
+        while (pcap_next(f, &packet)) {
+            struct fv_factory_pieces *of = &pieces[packet.device % DEVICES];
+            if (!packet.came || packet.endpoint != 0x80 || packet.bytes != FV_FACTORY_PIECE_MAX) continue;
+            if (packet.data[0] == FV_FACTORY_BEGIN) of->bytes = 0;
+            if (packet.data[0] != FV_FACTORY_PIECE || of->bytes + packet.bytes > FV_FACTORY_PACKED_MAX) continue;
+            int more = fv_factory_piece(of, packet.data, packet.bytes, &error);
+            if (more != 0 || of->bytes == 0) continue;
+            if (fv_factory_read(of->packed, of->bytes, &c, &error)) fail_msg("%s", error.text);
+            print_message("%s, device %d: acc bias %.4f %.4f %.4f m/s^2, gyro bias %.4f %.4f %.4f rad/s\n", captures[n].file,
+                          packet.device, c.acc_bias[0], c.acc_bias[1], c.acc_bias[2], c.rate_bias[0], c.rate_bias[1],
+                          c.rate_bias[2]);
+            for (int i = 0; i < 3; i++) assert_true(fabs(c.acc_scale[i] - 1) < 0.01 && fabs(c.rate_bias[i]) < 0.1);
+            of->bytes = 0;
+            read++;
+        }
+        gzclose(f);
+    }
+    assert_true(read >= 4);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(vive), cmocka_unit_test(index_headset)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(vive), cmocka_unit_test(index_headset),
+                                       cmocka_unit_test(factory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

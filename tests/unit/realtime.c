@@ -224,6 +224,41 @@ static void fifo_takes_every_worker_and_no_other(void **state)
     assert_int_equal(o.fifo, 2);
 }
 
+static void *wait_for_ever(void *context)
+{
+    for (;;) pause();
+    return context;
+}
+
+static bool may_fifo_with_a_device(void)
+{
+    pthread_t thread;
+    struct fv_error error;
+    return may_fifo() && fv_thread_start(&thread, "device", wait_for_ever, NULL, &error) == 0;
+}
+
+static void expect_device_above(struct fv_workers *w)
+{
+    const pthread_t *thread;
+    struct sched_param parameter = {0};
+    int class = -1;
+    (void)w;
+    if (fv_device_threads(&thread) != 1 || pthread_getschedparam(thread[0], &class, &parameter) ||
+        (class & ~SCHED_RESET_ON_FORK) != SCHED_FIFO || parameter.sched_priority != 6)
+        _exit(2);
+}
+
+static void fifo_takes_devices_above_workers(void **state)
+{
+    (void)state;
+    struct trial t = {.request = ASK_NOTHING, .before = may_fifo_with_a_device, .after = expect_device_above};
+    t.request.fifo_priority = 5;
+    struct outcome o = try(t);
+    expect(&o, FV_REALTIME_FIFO, true, "2 workers at priority 5, devices' at 6");
+    assert_int_equal(o.threads, 3);
+    assert_int_equal(o.fifo, 2);
+}
+
 static void count_tile(void *context, int tile, int worker)
 {
     (void)tile, (void)worker;
@@ -483,6 +518,7 @@ int main(void)
         cmocka_unit_test(nothing_asked_for_changes_nothing),
         cmocka_unit_test(pins_one_core_each_or_none),
         cmocka_unit_test(fifo_takes_every_worker_and_no_other),
+        cmocka_unit_test(fifo_takes_devices_above_workers),
         cmocka_unit_test(fifo_workers_share_a_core),
         cmocka_unit_test(fifo_is_refused_with_the_reason),
         cmocka_unit_test(fifo_needs_the_limit_it_names),

@@ -189,6 +189,8 @@ static void json_has_every_key(void **unused)
                                           "gaze/latency_ms_p50",
                                           "imu/samples",
                                           "imu/rejected",
+                                          "imu/lost",
+                                          "imu/reconnects",
                                           "arena/capacity",
                                           "arena/used",
                                           "arena/by/png",
