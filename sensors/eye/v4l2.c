@@ -1,7 +1,8 @@
 /* v4l2: buffers and frames of a camera, and what becomes of its faults. See the header.
  *
- * Every way in which streaming can fail ends in lose(): all is closed, and opened anew after a pause that grows
- * from 0.1 to 1 s until a good frame has come. Single bad frames are counted and go back to the driver. */
+ * Every way in which streaming can fail ends in lose(): all is closed, and opened anew after a pause that
+ * grows from 0.1 to 1 s until a good frame has come. Single bad frames are counted and go back to the driver.
+ */
 #include "sensors/eye/v4l2.h"
 
 #include <errno.h>
@@ -95,8 +96,7 @@ static int start(struct fv_camera *c, struct fv_error *error)
     int type = V4L2_BUF_TYPE_VIDEO_CAPTURE, failed = 0;
     c->fd = c->io->open(c->io->context, c->settings.path);
     c->there = c->fd >= 0;
-    if (!c->there)
-        return fv_error_set(error, "%s: %s", c->settings.path, strerror(-c->fd));
+    if (!c->there) return fv_error_set(error, "%s: %s", c->settings.path, strerror(-c->fd));
     if (fv_camera_negotiate(c, error)) goto failure;
     if (c->grey && fv_camera_grey_bytes(c) > c->capacity) {
         fv_error_set(error, "%s: came back with larger frames (%dx%d), for which no memory was taken",
@@ -168,8 +168,8 @@ static enum fv_camera_event lose(struct fv_camera *c, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(why, sizeof why, format, arguments);
     va_end(arguments);
-    snprintf(c->text, sizeof c->text, "%.200s: lost (%s); looked for again until it is back", c->settings.path,
-             why);
+    snprintf(c->text, sizeof c->text, "%.200s: lost (%s); looked for again until it is back",
+             c->settings.path, why);
     return FV_CAMERA_LOST;
 }
 
@@ -222,7 +222,8 @@ static void count_gap(struct fv_camera *c, uint32_t sequence)
     c->numbered = true;
 }
 
-/* Takes all that waits. Returns the newest good one in `newest`, not yet given back; < 0: -errno of what ended it. */
+/* Takes all that waits. Returns the newest good one in `newest`, not yet given back; < 0: -errno of what
+ * ended it. */
 static int drain(struct fv_camera *c, struct v4l2_buffer *newest, bool *any)
 {
     *any = false;
@@ -286,8 +287,8 @@ enum fv_camera_event fv_camera_step(struct fv_camera *c, unsigned ready, struct 
     enum fv_camera_event event = any ? give_out(c, &newest, now_ns, frame) : FV_CAMERA_NOTHING;
     if (failed != -EAGAIN) {
         c->counts.errors++;
-        /* The driver may go on after EIO, a lost signal; it does not after the others. A frame that came with it
-         * is given out; the next step meets the error again. */
+        /* The driver may go on after EIO, a lost signal; it does not after the others. A frame that came with
+         * it is given out; the next step meets the error again. */
         if (any || (failed == -EIO && ++c->failures < FAILURES_MAX)) return event;
         return lose(c, "%s", strerror(-failed));
     }

@@ -5,10 +5,11 @@
  *   v4l2.c            buffers, frames, faults; losing the camera and finding it again
  *   v4l2_system.c     the system calls, behind struct fv_camera_io
  *
- * The camera is a state machine that is stepped: no thread, no clock of its own, no allocation, so that tests drive
- * it by a made-up device. watch.h has the thread. Where several frames wait, the newest is taken and the others
- * go back at once; the one that is taken goes back as soon as it is decoded. A camera that fails, falls silent or
- * is unplugged is closed and opened again by the same path, again and again: name it by one that stays the same
+ * The camera is a state machine that is stepped: no thread, no clock of its own, no allocation, so that tests
+ * drive it by a made-up device. watch.h has the thread. Where several frames wait, the newest is taken and
+ * the others go back at once; the one that is taken goes back as soon as it is decoded. A camera that fails,
+ * falls silent or is unplugged is closed and opened again by the same path, again and again: name it by one
+ * that stays the same
  * (/dev/v4l/by-id, by-path). */
 #ifndef FV_SENSORS_V4L2_H
 #define FV_SENSORS_V4L2_H
@@ -26,7 +27,7 @@ struct fv_camera_io {
     int (*open)(void *context, const char *path);
     void (*close)(void *context, int fd);
     int (*control)(void *context, int fd, unsigned long request, void *argument); /* ioctl */
-    void *(*map)(void *context, int fd, size_t bytes, uint32_t offset); /* NULL: refused */
+    void *(*map)(void *context, int fd, size_t bytes, uint32_t offset);           /* NULL: refused */
     void (*unmap)(void *context, void *at, size_t bytes);
     /* Until one of the devices (fd < 0: none) has something or the time is over; sets ready[]. */
     void (*wait)(void *context, const int *fd, unsigned *ready, int devices, int64_t timeout_ns);
@@ -75,10 +76,10 @@ struct fv_camera {
     struct fv_camera_settings settings;
     const struct fv_camera_io *io;
     struct fv_camera_counts counts;
-    char text[512]; /* what was got, in one line; or why it was lost */
+    char text[512]; /* with an event: what was got, in one line; or why it was lost */
     int fd;         /* < 0: there is none */
     struct fv_camera_layout layout;
-    double hz;      /* as the camera says; 0: it does not */
+    double hz; /* as the camera says; 0: it does not */
     int buffers, queued;
     struct {
         void *at;
@@ -94,15 +95,16 @@ struct fv_camera {
     int failures; /* in a row */
 };
 
-/* Opens the camera and begins to stream: 0, or -1 with what is wrong and what would be right. On 0 camera->text says
- * what was got; then give it a buffer for a frame (fv_camera_grey_bytes) and step it. `io` stays the caller's. */
+/* Opens the camera and begins to stream: 0, or -1 with what is wrong and what would be right. On 0
+ * camera->text says what was got; then give it a buffer for a frame (fv_camera_grey_bytes) and step it. `io`
+ * stays the caller's. */
 int fv_camera_open(struct fv_camera *camera, const struct fv_camera_settings *settings,
                    const struct fv_camera_io *io, struct fv_error *error);
 size_t fv_camera_grey_bytes(const struct fv_camera *camera);
 void fv_camera_lend(struct fv_camera *camera, uint8_t *grey, size_t capacity);
 
-/* Takes what is there; `ready` as wait() said of camera->fd. To be called at fv_camera_due_ns at the latest. The
- * frame's pixels are valid until the next step. */
+/* Takes what is there; `ready` as wait() said of camera->fd. To be called at fv_camera_due_ns at the latest.
+ * The frame's pixels are valid until the next step. */
 enum fv_camera_event fv_camera_step(struct fv_camera *camera, unsigned ready, struct fv_camera_frame *frame);
 int64_t fv_camera_due_ns(const struct fv_camera *camera);
 

@@ -1,5 +1,5 @@
-/* v4l2_format: frames as cameras give them, from bytes to eight bits of grey. No input or output: a decoder sees
- * the bytes of one frame and reads none past their end. v4l2.h says where frames come from. */
+/* v4l2_format: frames as cameras give them, from bytes to eight bits of grey. No input or output: a decoder
+ * sees the bytes of one frame and reads none past their end. v4l2.h says where frames come from. */
 #ifndef FV_SENSORS_V4L2_FORMAT_H
 #define FV_SENSORS_V4L2_FORMAT_H
 
@@ -36,8 +36,8 @@ size_t fv_camera_row_bytes(const struct fv_camera_format *format, int width);
 /* Bytes that a whole frame has at least (the last row need not be padded); 0 where the layout cannot be. */
 size_t fv_camera_frame_bytes(const struct fv_camera_layout *layout);
 
-/* Writes height rows of width pixels, `grey_stride` >= width apart. False, and nothing written, where the layout
- * cannot be or the frame is short. Values above those of its bits are white. */
+/* Writes height rows of width pixels, `grey_stride` >= width apart. False, and nothing written, where the
+ * layout cannot be or the frame is short. Values above those of its bits are white. */
 bool fv_camera_decode(const struct fv_camera_layout *layout, const uint8_t *bytes, size_t size, uint8_t *grey,
                       size_t grey_stride);
 

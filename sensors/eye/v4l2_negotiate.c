@@ -1,6 +1,6 @@
-/* v4l2_negotiate: what the camera is asked for. Every format that it offers and we read is tried (TRY_FMT) with the
- * size that is wished for; the one whose size and rate come nearest is set, the cheaper one of equals. What the
- * driver then says it has set counts, whatever was asked. */
+/* v4l2_negotiate: what the camera is asked for. Every format that it offers and we read is tried (TRY_FMT)
+ * with the size that is wished for; the one whose size and rate come nearest is set, the cheaper one of
+ * equals. What the driver then says it has set counts, whatever was asked. */
 #include "sensors/eye/v4l2.h"
 
 #include <errno.h>
@@ -73,7 +73,8 @@ static struct v4l2_format format_of(const struct fv_camera *c, const struct fv_c
     return f;
 }
 
-/* All formats that both sides know, each with what it would cost; `all` tells what the camera offers at all. */
+/* All formats that both sides know, each with what it would cost; `all` tells what the camera offers at all.
+ */
 static int list_offers(const struct fv_camera *c, struct offer *offer, char *all, size_t size)
 {
     int offers = 0;
@@ -127,8 +128,7 @@ static int set_format(struct fv_camera *c, const struct offer *offer, struct fv_
 {
     struct v4l2_format f = format_of(c, offer->format);
     int failed = control(c, VIDIOC_S_FMT, &f);
-    if (failed == -EBUSY)
-        return fv_error_set(error, "%s: in use by another program", c->settings.path);
+    if (failed == -EBUSY) return fv_error_set(error, "%s: in use by another program", c->settings.path);
     if (failed < 0)
         return fv_error_set(error, "%s: refuses %s: %s", c->settings.path, offer->format->name,
                             strerror(-failed));

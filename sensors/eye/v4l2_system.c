@@ -1,5 +1,5 @@
-/* v4l2_system: the system calls behind struct fv_camera_io. Buffers are the driver's memory, not ours: they are
- * mapped past the heap, which knows none but its own, also when a camera comes back after the seal. */
+/* v4l2_system: the system calls behind struct fv_camera_io. Buffers are the driver's memory, not ours: they
+ * are mapped past the heap, which knows none but its own, also when a camera comes back after the seal. */
 #define _GNU_SOURCE
 #include "sensors/eye/v4l2.h"
 
