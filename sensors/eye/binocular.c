@@ -9,6 +9,8 @@ static const int64_t lately_ns = 25000000;
 /* Vergence that changes by more than this at once is a mistake of one eye; it is believed after a while. */
 static const double disagree_deg = 8;
 enum { BELIEVED = 15 };
+/* Slower than this an eye rests, so that its vergence with the other can be taken from different moments. */
+static const double rest_deg_s = 15;
 /* Told where an eye is placed by the other: vergence as last known, or not known at all. */
 static const double placed_deg = 0.5, unknown_deg = 2;
 /* The eyes' places about their middle, in vergences. */
@@ -19,6 +21,14 @@ void fv_binocular_begin(struct fv_binocular *b, double settle_s)
     memset(b, 0, sizeof *b);
     b->version.settle_s = b->vergence.settle_s = settle_s;
     b->t_ns = INT64_MIN;
+}
+
+/* From one look to the next; infinite where that is not known. */
+static double speed_deg_s(const struct fv_eye_look *before, const struct fv_eye_look *after)
+{
+    double dt = (double)(after->t_ns - before->t_ns) * 1e-9;
+    if (!before->seen || !after->seen || !(dt > 0) || dt > 0.1) return INFINITY;
+    return hypot(after->at_deg[0] - before->at_deg[0], after->at_deg[1] - before->at_deg[1]) / dt;
 }
 
 /* Whether the eye was seen in this moment. */
@@ -46,12 +56,15 @@ static double place(struct fv_binocular *b, const bool seen[2], int64_t t_ns, do
 {
     const struct fv_eye_look *look = b->newest;
     double apart[2], weight[2] = {0, 0}, weights = 0, error_deg = 0;
-    if (seen[0] && seen[1]) {
+    bool turns = is_seen(b, 0, t_ns, lately_ns) && is_seen(b, 1, t_ns, lately_ns) &&
+                 b->speed_deg_s[0] < rest_deg_s && b->speed_deg_s[1] < rest_deg_s;
+    if ((seen[0] && seen[1]) || turns) {
         for (int i = 0; i < 2; i++) apart[i] = look[0].at_deg[i] - look[1].at_deg[i];
         fv_gaze_smooth_add(&b->vergence, t_ns, apart, b->apart);
         b->apart_known = true;
-        b->both++;
-    } else {
+    }
+    if (seen[0] && seen[1]) b->both++;
+    else {
         b->single++;
         /* With one camera there is nothing to know. */
         error_deg = b->apart_known ? placed_deg : b->ever[0] && b->ever[1] ? unknown_deg : 0;
@@ -77,6 +90,7 @@ bool fv_binocular_add(struct fv_binocular *b, const struct fv_eye_look *left, co
     int64_t t_ns = INT64_MIN, told_ns;
     for (int eye = 0; eye < 2; eye++) {
         if (!look[eye]) continue;
+        b->speed_deg_s[eye] = speed_deg_s(&b->newest[eye], look[eye]);
         b->newest[eye] = *look[eye];
         b->ever[eye] = true;
         if (look[eye]->t_ns > t_ns) t_ns = look[eye]->t_ns;

@@ -21,6 +21,7 @@
 struct fv_binocular {
     struct fv_eye_look newest[2]; /* of each eye */
     bool ever[2];
+    double speed_deg_s[2];
     struct fv_gaze_events events;
     struct fv_gaze_smooth version, vergence;
     double apart[2]; /* vergence: left minus right, degrees */
