@@ -4,6 +4,7 @@
 #include "sensors/sensors.h"
 
 #include "platform/arena.h"
+#include "sensors/eye/camera_source.h"
 #include "sensors/motion.h"
 #include "sensors/predict.h"
 #include "sensors/tape.h"
@@ -23,6 +24,7 @@ struct fv_sensors {
     const struct eye_source *eye;
     const struct imu_source *imu;
     struct fv_tape eye_tape, imu_tape;
+    struct fv_camera_source *cameras;
     uint64_t eye_seed, imu_seed;
     double hold_s, noise_deg;
     const struct fv_head_predictor *predictor;
@@ -34,7 +36,7 @@ struct fv_sensors {
     int64_t gaze_latch_ns;      /* what time it was latched for */
 };
 
-/* sample: what is at a time; false: the source gives none. history: the samples that are known at a time,
+/* sample: what is at a time; false: the source gives none; NULL: only what is known counts. history: the samples that are known at a time,
  * oldest first, and that time on their clock; returns their number. */
 struct eye_source {
     const char *name;
@@ -112,6 +114,17 @@ static int eye_tape_history(struct fv_sensors *s, int64_t t_ns, const struct fv_
     return fv_tape_gaze_history(&s->eye_tape, t_ns, history, at_ns);
 }
 
+static int open_cameras(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error)
+{
+    return fv_camera_source_open(&s->cameras, config, error);
+}
+
+static int eye_cameras_history(struct fv_sensors *s, int64_t t_ns, const struct fv_gaze_sample **history,
+                               int64_t *at_ns)
+{
+    return fv_camera_source_history(s->cameras, t_ns, history, at_ns);
+}
+
 static bool eye_none(const struct fv_sensors *s, int64_t t_ns, struct fv_gaze_sample *gaze)
 {
     (void)s;
@@ -160,6 +173,8 @@ static bool imu_none(const struct fv_sensors *s, int64_t t_ns, struct fv_pose *h
 /* A source without a history is as it is at any time. */
 static const struct eye_source eye_sources[] = {{"sim", open_nothing, eye_sim, eye_sim_history},
                                                 {"tape", open_eye_tape, eye_tape, eye_tape_history},
+                                                {"v4l2", open_cameras, NULL, eye_cameras_history},
+                                                {"sim-camera", open_cameras, NULL, eye_cameras_history},
                                                 {"none", open_nothing, eye_none, NULL}};
 static const struct imu_source imu_sources[] = {{"sim", open_nothing, imu_sim, imu_sim_history},
                                                 {"tape", open_imu_tape, imu_tape, imu_tape_history},
@@ -242,12 +257,13 @@ static bool gaze_for(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, stru
 {
     const struct fv_gaze_sample *history;
     int64_t at_ns, age_ns;
-    bool late = now_ns < show_ns && s->eye->history;
+    bool late = (now_ns < show_ns || !s->eye->sample) && s->eye->history;
     if (!late) {
         bool any = s->eye->sample(s, show_ns, gaze);
         if (!(gaze->uncertainty_deg > 0)) gaze->uncertainty_deg = s->noise_deg;
         return any;
     }
+    if (now_ns > show_ns) now_ns = show_ns;
     int count = s->eye->history(s, now_ns, &history, &at_ns);
     *gaze = count > 0 ? history[count - 1] : (struct fv_gaze_sample){.t_ns = at_ns};
     age_ns = at_ns - gaze->t_ns;

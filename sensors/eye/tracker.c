@@ -81,6 +81,8 @@ void fv_eye_tracker_frame(struct fv_eye_tracker *t, const struct fv_eye_frame *f
     *look = (struct fv_eye_look){.t_ns = t_ns};
     t->frames++;
     if (needed == 0 || needed > t->bytes) return;
+    if (t->settings.width > 0 && (frame->width != t->settings.width || frame->height != t->settings.height))
+        return;
     fv_pupil_find(frame, NULL, &t->track, t->scratch, &t->pupil);
     look->confidence = t->pupil.confidence;
     if (!is_whole(t, t_ns)) return;

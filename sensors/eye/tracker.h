@@ -23,6 +23,7 @@ struct fv_eye_model {
 
 struct fv_eye_settings {
     struct fv_gaze_map map; /* empty: the model */
+    int width, height;      /* of the frames that the map is of: others are not seen; 0: any */
     struct fv_eye_model model;
     double confidence; /* pupils of less are not seen; at least FV_PUPIL_CONFIDENT */
     int leds;          /* reflections; 0: glints are not looked for */

@@ -2,162 +2,13 @@
  * in order, and each way in which a camera fails while it streams. */
 #include "sensors/eye/v4l2.h"
 
-#include "tests/support/program.h"
+#include "tests/support/fake_camera.h"
 #include "tests/support/random.h"
 
-#include <errno.h>
-#include <linux/videodev2.h>
-#include <stdarg.h>
-
 #define COUNT(table) (sizeof table / sizeof table[0])
-enum { SIDE = 64, BUFFER = 4 * SIDE * SIDE };
-static const int64_t ms = 1000000, start_ns = 5000000000;
+enum { SIDE = FAKE_SIDE, BUFFER = FAKE_BUFFER };
+static const int64_t ms = 1000000;
 
-/* The device: what it offers, what it does wrong, and what it was asked. */
-static struct fake {
-    bool plugged;
-    uint32_t offered[8], given, buffers, capabilities, width, height, stride, image;
-    double hz[4];
-    int64_t t_ns;
-    uint8_t memory[FV_CAMERA_BUFFERS_MAX][BUFFER];
-    bool queued[FV_CAMERA_BUFFERS_MAX], streaming, busy, broken;
-    int opened, mapped, fail_dequeue, fail_queue, fail_start; /* errno to give; 0: none */
-    struct v4l2_buffer waiting[FV_CAMERA_BUFFERS_MAX];
-    int waits;
-    uint32_t sequence, rate; /* rate: of the last S_PARM */
-} fake;
-
-static int fake_open(void *context, const char *path)
-{
-    struct fake *f = context;
-    assert_string_equal(path, "/dev/eye");
-    if (!f->plugged) return -ENOENT;
-    f->opened++;
-    return 7;
-}
-
-static void fake_close(void *context, int fd)
-{
-    struct fake *f = context;
-    assert_int_equal(fd, 7);
-    f->opened--;
-    f->streaming = false;
-    f->waits = 0;
-    memset(f->queued, 0, sizeof f->queued);
-}
-
-static void fill(const struct fake *f, struct v4l2_pix_format *pix)
-{
-    if (f->width) pix->width = f->width, pix->height = f->height;
-    if (f->given) pix->pixelformat = f->given;
-    const struct fv_camera_format *format = fv_camera_format_of(pix->pixelformat);
-    pix->bytesperline = f->stride ? f->stride : pix->width * (uint32_t)(format ? format->step : 1);
-    pix->sizeimage =
-        f->image ? f->image : pix->bytesperline * pix->height * (format && format->halves ? 3 : 2) / 2;
-}
-
-static int enum_rate(const struct fake *f, struct v4l2_frmivalenum *e)
-{
-    if (e->index >= 4 || f->hz[e->index] == 0) return -EINVAL;
-    e->type = V4L2_FRMIVAL_TYPE_DISCRETE;
-    e->discrete = (struct v4l2_fract){1000, (uint32_t)(1000 * f->hz[e->index])};
-    return 0;
-}
-
-static int dequeue(struct fake *f, struct v4l2_buffer *b)
-{
-    if (f->fail_dequeue) return -f->fail_dequeue;
-    if (f->waits == 0) return -EAGAIN;
-    *b = f->waiting[0];
-    if (b->index < f->buffers) f->queued[b->index] = false;
-    memmove(f->waiting, f->waiting + 1, sizeof f->waiting[0] * (size_t)--f->waits);
-    return 0;
-}
-
-static int queue(struct fake *f, const struct v4l2_buffer *b)
-{
-    if (f->fail_queue) return -f->fail_queue;
-    assert_true(b->index < f->buffers && !f->queued[b->index]);
-    f->queued[b->index] = true;
-    return 0;
-}
-
-static int request_buffers(struct fake *f, struct v4l2_requestbuffers *r)
-{
-    if (f->busy && r->count) return -EBUSY;
-    if (r->count) r->count = f->buffers;
-    else assert_int_equal(f->mapped, 0);
-    return 0;
-}
-
-static int query_buffer(const struct fake *f, struct v4l2_buffer *b)
-{
-    if (b->index >= f->buffers) return -EINVAL;
-    b->length = BUFFER;
-    b->m.offset = b->index * BUFFER;
-    return 0;
-}
-
-static int fake_control(void *context, int fd, unsigned long request, void *argument)
-{
-    struct fake *f = context;
-    assert_int_equal(fd, 7);
-    if (!f->plugged) return -ENODEV;
-    switch (request) {
-    case VIDIOC_QUERYCAP:
-        ((struct v4l2_capability *)argument)->capabilities = f->capabilities;
-        strcpy((char *)((struct v4l2_capability *)argument)->card, "made up");
-        return 0;
-    case VIDIOC_ENUM_FMT: {
-        struct v4l2_fmtdesc *d = argument;
-        if (d->index >= 8 || !f->offered[d->index]) return -EINVAL;
-        d->pixelformat = f->offered[d->index];
-        return 0;
-    }
-    case VIDIOC_TRY_FMT:
-    case VIDIOC_S_FMT:
-        if (f->busy && request == VIDIOC_S_FMT) return -EBUSY;
-        fill(f, &((struct v4l2_format *)argument)->fmt.pix);
-        return 0;
-    case VIDIOC_ENUM_FRAMEINTERVALS: return enum_rate(f, argument);
-    case VIDIOC_S_PARM: {
-        const struct v4l2_fract *t = &((struct v4l2_streamparm *)argument)->parm.capture.timeperframe;
-        f->rate = t->denominator / t->numerator;
-        return 0;
-    }
-    case VIDIOC_REQBUFS: return request_buffers(f, argument);
-    case VIDIOC_QUERYBUF: return query_buffer(f, argument);
-    case VIDIOC_QBUF: return queue(f, argument);
-    case VIDIOC_DQBUF: return dequeue(f, argument);
-    case VIDIOC_STREAMON: f->streaming = true; return -f->fail_start;
-    case VIDIOC_STREAMOFF: f->streaming = false; return 0;
-    default: return -ENOTTY;
-    }
-}
-
-static void *fake_map(void *context, int fd, size_t bytes, uint32_t offset)
-{
-    struct fake *f = context;
-    (void)fd;
-    assert_int_equal(bytes, BUFFER);
-    f->mapped++;
-    return f->memory[offset / BUFFER];
-}
-
-static void fake_unmap(void *context, void *at, size_t bytes)
-{
-    struct fake *f = context;
-    (void)at, (void)bytes;
-    f->mapped--;
-}
-
-static int64_t fake_now(void *context)
-{
-    return ((struct fake *)context)->t_ns;
-}
-
-static const struct fv_camera_io io = {fake_open,  fake_close, fake_control, fake_map,
-                                       fake_unmap, NULL,       fake_now,     &fake};
 static struct fv_camera camera;
 static struct fv_camera_frame frame;
 static struct fv_error error;
@@ -168,44 +19,14 @@ static struct fv_camera_settings wishes(void)
     return (struct fv_camera_settings){"eye.device", "/dev/eye", NULL, SIDE, SIDE, 120, 4 * ms};
 }
 
-/* A sound camera: GREY, 64x64, 120 Hz. */
-static void plug(void)
-{
-    memset(&fake, 0, sizeof fake);
-    fake.plugged = true;
-    fake.offered[0] = V4L2_PIX_FMT_MJPEG;
-    fake.offered[1] = V4L2_PIX_FMT_GREY;
-    fake.hz[0] = 30, fake.hz[1] = 120, fake.hz[2] = 60;
-    fake.buffers = FV_CAMERA_BUFFERS;
-    fake.capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
-    fake.t_ns = start_ns;
-}
-
 static void streaming(void)
 {
     plug();
     struct fv_camera_settings settings = wishes();
-    if (fv_camera_open(&camera, &settings, &io, &error)) fail_msg("%s", error.text);
+    if (fv_camera_open(&camera, &settings, &fake_io, &error)) fail_msg("%s", error.text);
     assert_true(fake.streaming && fake.mapped == FV_CAMERA_BUFFERS && camera.queued == FV_CAMERA_BUFFERS);
     assert_int_equal(fv_camera_grey_bytes(&camera), SIDE * SIDE);
     fv_camera_lend(&camera, grey, sizeof grey);
-}
-
-/* The driver fills a buffer with `value`; NULL where none is queued. */
-static struct v4l2_buffer *fills(int value, int64_t stamp_ns, uint32_t source)
-{
-    for (uint32_t i = 0; i < fake.buffers; i++) {
-        if (!fake.queued[i]) continue;
-        struct v4l2_buffer *b = &fake.waiting[fake.waits++];
-        fake.queued[i] = false;
-        memset(fake.memory[i], value, BUFFER);
-        *b = (struct v4l2_buffer){.index = i, .bytesused = SIDE * SIDE, .sequence = fake.sequence++};
-        b->flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | source;
-        b->timestamp.tv_sec = stamp_ns / 1000000000;
-        b->timestamp.tv_usec = stamp_ns % 1000000000 / 1000;
-        return b;
-    }
-    return NULL;
 }
 
 static enum fv_camera_event step(unsigned ready)
@@ -304,18 +125,18 @@ static void negotiation(void **state)
     plug(); /* a size and a stride of its own; one rate only */
     fake.offered[1] = V4L2_PIX_FMT_Y16, fake.offered[2] = V4L2_PIX_FMT_YUYV;
     fake.width = 48, fake.height = 32, fake.stride = 128, fake.hz[1] = 0;
-    assert_int_equal(fv_camera_open(&camera, &settings, &io, &error), 0);
+    assert_int_equal(fv_camera_open(&camera, &settings, &fake_io, &error), 0);
     assert_non_null(strstr(camera.text, "YUYV 48x32, 30 Hz"));
     assert_int_equal(camera.layout.stride, 128);
     fv_camera_close(&camera);
     plug(); /* no list of rates */
     fake.hz[0] = 0;
-    assert_int_equal(fv_camera_open(&camera, &settings, &io, &error), 0);
+    assert_int_equal(fv_camera_open(&camera, &settings, &fake_io, &error), 0);
     assert_non_null(strstr(camera.text, "120 Hz;"));
     fv_camera_close(&camera);
     plug(); /* S_FMT gives another format that is read */
     fake.given = V4L2_PIX_FMT_Y10;
-    assert_int_equal(fv_camera_open(&camera, &settings, &io, &error), 0);
+    assert_int_equal(fv_camera_open(&camera, &settings, &fake_io, &error), 0);
     assert_non_null(strstr(camera.text, "Y10 64x64"));
     assert_int_equal(camera.layout.stride, 128);
     fv_camera_close(&camera);
@@ -344,7 +165,7 @@ static void refusals(void **state)
         if (i == 9) fake.fail_start = EIO;
         if (i == 10) fake.offered[1] = 0;
         if (i == 11) fake.width = 9000, fake.height = 2;
-        assert_int_equal(fv_camera_open(&camera, &settings, &io, &error), -1);
+        assert_int_equal(fv_camera_open(&camera, &settings, &fake_io, &error), -1);
         if (!strstr(error.text, expected[i]) || !strstr(error.text, "/dev/eye") || strchr(error.text, '\n'))
             fail_msg("%s: %s", expected[i], error.text);
         assert_true(camera.fd < 0 && fake.opened == 0 && fake.mapped == 0);

@@ -1,0 +1,130 @@
+/* camera_source: see the header. */
+#include "sensors/eye/camera_source.h"
+
+#include "platform/arena.h"
+#include "platform/clock.h"
+#include "platform/log.h"
+#include "sensors/eye/calibration.h"
+#include "sensors/motion.h"
+
+#include <stdio.h>
+#include <string.h>
+
+struct fv_camera_source {
+    struct fv_watch *watch; /* NULL: simulated */
+    struct fv_watch_news news;
+    struct fv_sim_camera sim;
+};
+
+static void say(const char *line)
+{
+    fv_log("eye camera: %s", line);
+}
+
+/* What both kinds of cameras need to know of the eyes. */
+static int eye_settings(struct fv_eye_settings eye[2], const struct fv_config *config, int eyes,
+                        struct fv_error *error)
+{
+    static const char *const name[2] = {"left", "right"};
+    struct fv_calibration calibration = {0};
+    struct fv_error why;
+    const double *model = config->eye_model.value;
+    if (config->eye_model.count != 3)
+        return fv_config_error(error, "eye.model", "must be three numbers: middle x, middle y, radius");
+    if (!(model[2] >= 0.01 && model[2] <= 10) && !(model[2] <= -0.01 && model[2] >= -10))
+        return fv_config_error(error, "eye.model", "a radius of %g; must be 0.01 to 10, or minus that",
+                               model[2]);
+    if (config->eye_calibration[0] && fv_calibration_read(&calibration, config->eye_calibration, &why))
+        return fv_config_error(error, "eye.calibration", "%s", why.text);
+    for (int i = 0; i < eyes; i++) {
+        if (config->eye_calibration[0] && calibration.rows[i] == 0)
+            return fv_config_error(error, "eye.calibration", "%s holds nothing of the %s eye",
+                                   config->eye_calibration, name[i]);
+        eye[i] = (struct fv_eye_settings){.map = calibration.map[i],
+                                          .width = calibration.width,
+                                          .height = calibration.height,
+                                          .model = {model[0], model[1], model[2]},
+                                          .confidence = config->eye_confidence,
+                                          .leds = (int)config->eye_leds};
+    }
+    return 0;
+}
+
+static int set_camera(struct fv_camera_settings *camera, const struct fv_config *config, const char *key,
+                      const char *path)
+{
+    *camera = (struct fv_camera_settings){.key = key,
+                                          .format = fv_camera_format_named(config->eye_format),
+                                          .width = (int)config->eye_width,
+                                          .height = (int)config->eye_height,
+                                          .hz = config->eye_hz,
+                                          .exposure_ns = (int64_t)(config->eye_exposure_ms * 1e6)};
+    snprintf(camera->path, sizeof camera->path, "%s", path);
+    return 0;
+}
+
+static int open_cameras(struct fv_camera_source *s, const struct fv_config *config, struct fv_error *error)
+{
+    static struct fv_watch_settings settings;
+    if (!config->eye_device[0])
+        return fv_config_error(
+            error, "eye.device",
+            "no camera is named; must be a path such as /dev/v4l/by-id/..., as eye.source is v4l2");
+    settings = (struct fv_watch_settings){.cameras = config->eye_device_right[0] ? 2 : 1,
+                                          .settle_s = config->eye_settle_ms * 1e-3};
+    if (eye_settings(settings.eye, config, settings.cameras, error)) return -1;
+    set_camera(&settings.camera[0], config, "eye.device", config->eye_device);
+    set_camera(&settings.camera[1], config, "eye.device_right", config->eye_device_right);
+    if (!config->eye_calibration[0])
+        fv_log("eye camera: eye.calibration is not set: gaze by eye.model, some %g degrees off",
+               FV_EYE_MODEL_ERROR_DEG);
+    if (fv_watch_open(&s->watch, &settings, &fv_camera_system, say, error)) return -1;
+    return fv_watch_start(s->watch, error);
+}
+
+static int open_simulated(struct fv_camera_source *s, const struct fv_config *config, struct fv_error *error)
+{
+    struct fv_sim_camera_settings settings = {.seed = (uint64_t)config->eye_seed,
+                                              .width = (int)config->eye_width,
+                                              .height = (int)config->eye_height,
+                                              .hz = config->eye_hz,
+                                              .settle_s = config->eye_settle_ms * 1e-3};
+    struct fv_error why;
+    if (eye_settings(settings.eye, config, 2, error)) return -1;
+    if (config->eye_calibration[0] &&
+        (settings.eye[0].width != settings.width || settings.eye[0].height != settings.height))
+        return fv_config_error(error, "eye.calibration",
+                               "%s is of frames of %dx%d, eye.width and eye.height are %dx%d",
+                               config->eye_calibration, settings.eye[0].width, settings.eye[0].height,
+                               settings.width, settings.height);
+    if (fv_sim_camera_open(&s->sim, &settings, &why))
+        return fv_config_error(error, "eye.width", "%s", why.text);
+    return 0;
+}
+
+int fv_camera_source_open(struct fv_camera_source **source, const struct fv_config *config,
+                          struct fv_error *error)
+{
+    struct fv_camera_source *s = fv_arena_take(fv_arena(), "sensors", sizeof *s, 64);
+    memset(s, 0, sizeof *s);
+    bool simulated = strcmp(config->eye_source, "sim-camera") == 0;
+    if (simulated ? open_simulated(s, config, error) : open_cameras(s, config, error)) return -1;
+    *source = s;
+    return 0;
+}
+
+int fv_camera_source_history(struct fv_camera_source *s, int64_t t_ns, const struct fv_gaze_sample **history,
+                             int64_t *at_ns)
+{
+    if (s->watch) {
+        fv_watch_read(s->watch, &s->news);
+        *history = s->news.sample;
+        *at_ns = fv_clock_now_ns(&fv_clock_monotonic);
+        return s->news.samples;
+    }
+    int64_t into_ns, newest = fv_motion_epoch(t_ns, s->sim.period_ns, &into_ns);
+    int samples = fv_sim_camera_until(&s->sim, t_ns);
+    *history = s->sim.sample;
+    *at_ns = newest * s->sim.period_ns + into_ns;
+    return samples;
+}

@@ -1,0 +1,22 @@
+/* camera_source: the sources of gaze that are cameras (eye.source=v4l2 and sim-camera): from settings to
+ * samples. */
+#ifndef FV_SENSORS_CAMERA_SOURCE_H
+#define FV_SENSORS_CAMERA_SOURCE_H
+
+#include "config/config.h"
+#include "sensors/eye/sim_camera.h"
+#include "sensors/eye/watch.h"
+
+struct fv_camera_source; /* opaque, in the arena */
+
+/* Opens the cameras of the settings and starts to watch them, or makes simulated ones. 0, or -1 with the
+ * error set. */
+int fv_camera_source_open(struct fv_camera_source **source, const struct fv_config *config,
+                          struct fv_error *error);
+
+/* The samples known at t_ns (session time), oldest first, and that time on their clock: for real cameras,
+ * whose samples are of CLOCK_MONOTONIC, it is now, whatever t_ns is. Returns their number. */
+int fv_camera_source_history(struct fv_camera_source *source, int64_t t_ns,
+                             const struct fv_gaze_sample **history, int64_t *at_ns);
+
+#endif

@@ -1,0 +1,132 @@
+/* watch: see the header. */
+#include "sensors/eye/watch.h"
+
+#include "config/config.h"
+#include "platform/arena.h"
+
+#include <signal.h>
+#include <string.h>
+
+/* The thread looks at least so often whether it is to end. */
+static const int64_t longest_ns = 100000000;
+
+static int open_camera(struct fv_watch *w, int i, const struct fv_watch_settings *settings,
+                       struct fv_error *error)
+{
+    struct fv_camera *c = &w->camera[i];
+    struct fv_error why;
+    if (fv_camera_open(c, &settings->camera[i], w->io, &why))
+        return fv_config_error(error, settings->camera[i].key, "%s", why.text);
+    const struct fv_eye_settings *eye = &settings->eye[i];
+    if (eye->width > 0 && (eye->width != c->layout.width || eye->height != c->layout.height)) {
+        fv_config_error(error, settings->camera[i].key,
+                        "frames are %dx%d, calibrated were %dx%d; calibrate again or ask for that size",
+                        c->layout.width, c->layout.height, eye->width, eye->height);
+        fv_camera_close(c);
+        return -1;
+    }
+    size_t bytes = fv_camera_grey_bytes(c),
+           scratch = fv_pupil_scratch_bytes(c->layout.width, c->layout.height);
+    fv_camera_lend(c, fv_arena_take(fv_arena(), "sensors", bytes, 64), bytes);
+    fv_eye_tracker_begin(&w->tracker[i], eye, fv_arena_take(fv_arena(), "sensors", scratch, 64), scratch);
+    w->say(c->text);
+    return 0;
+}
+
+int fv_watch_open(struct fv_watch **watch, const struct fv_watch_settings *settings,
+                  const struct fv_camera_io *io, void (*say)(const char *line), struct fv_error *error)
+{
+    struct fv_watch *w = fv_arena_take(fv_arena(), "sensors", sizeof *w, 64);
+    memset(w, 0, sizeof *w);
+    w->io = io;
+    w->say = say;
+    fv_binocular_begin(&w->binocular, settings->settle_s);
+    for (int i = 0; i < settings->cameras; i++) {
+        if (open_camera(w, i, settings, error)) {
+            for (int k = 0; k < i; k++) fv_camera_close(&w->camera[k]);
+            return -1;
+        }
+        w->cameras++;
+    }
+    w->stack = fv_arena_take(fv_arena(), "sensors", FV_WATCH_STACK_BYTES, 4096);
+    *watch = w;
+    return 0;
+}
+
+static void publish(struct fv_watch *w, const struct fv_gaze_sample *sample)
+{
+    struct fv_watch_news *n = &w->news;
+    if (n->samples == FV_WATCH_HISTORY)
+        memmove(n->sample, n->sample + 1, sizeof n->sample - sizeof n->sample[0]);
+    else n->samples++;
+    n->sample[n->samples - 1] = *sample;
+    fv_mailbox_put(&w->mailbox, n, sizeof *n);
+}
+
+void fv_watch_round(struct fv_watch *w, int64_t timeout_ns)
+{
+    unsigned ready[FV_WATCH_CAMERAS] = {0};
+    int fd[FV_WATCH_CAMERAS];
+    struct fv_eye_look look[FV_WATCH_CAMERAS];
+    bool any[FV_WATCH_CAMERAS] = {false, false};
+    int64_t now_ns = w->io->now_ns(w->io->context), arrived_ns = INT64_MAX;
+    for (int i = 0; i < w->cameras; i++) {
+        fd[i] = w->camera[i].fd;
+        int64_t due_ns = fv_camera_due_ns(&w->camera[i]) - now_ns;
+        if (due_ns < timeout_ns) timeout_ns = due_ns;
+    }
+    w->io->wait(w->io->context, fd, ready, w->cameras, timeout_ns > 0 ? timeout_ns : 0);
+    for (int i = 0; i < w->cameras; i++) {
+        struct fv_camera_frame frame;
+        enum fv_camera_event event = fv_camera_step(&w->camera[i], ready[i], &frame);
+        if (event == FV_CAMERA_LOST || event == FV_CAMERA_BACK) w->say(w->camera[i].text);
+        if (event != FV_CAMERA_FRAME && event != FV_CAMERA_BACK) continue;
+        fv_eye_tracker_frame(&w->tracker[i], &frame.grey, frame.t_ns, &look[i]);
+        any[i] = true;
+        if (frame.arrived_ns < arrived_ns) arrived_ns = frame.arrived_ns;
+    }
+    struct fv_gaze_sample sample;
+    if (!fv_binocular_add(&w->binocular, any[0] ? &look[0] : NULL, any[1] ? &look[1] : NULL, &sample)) return;
+    publish(w, &sample);
+    int64_t took_ns = w->io->now_ns(w->io->context) - arrived_ns;
+    w->latency.frames++;
+    w->latency.sum_ns += took_ns;
+    if (took_ns > w->latency.most_ns) w->latency.most_ns = took_ns;
+}
+
+static void *watch_thread(void *argument)
+{
+    struct fv_watch *w = argument;
+    while (!atomic_load_explicit(&w->stop, memory_order_relaxed)) fv_watch_round(w, longest_ns);
+    return NULL;
+}
+
+int fv_watch_start(struct fv_watch *w, struct fv_error *error)
+{
+    pthread_attr_t attributes;
+    pthread_attr_init(&attributes);
+    pthread_attr_setstack(&attributes, w->stack, FV_WATCH_STACK_BYTES);
+    /* Signals are the main thread's, whose sleep they end. */
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    int failed = pthread_create(&w->thread, &attributes, watch_thread, w);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    pthread_attr_destroy(&attributes);
+    if (failed) return fv_error_set(error, "eye cameras: no thread: %s", strerror(failed));
+    w->running = true;
+    return 0;
+}
+
+void fv_watch_stop(struct fv_watch *w)
+{
+    atomic_store(&w->stop, true);
+    if (w->running) pthread_join(w->thread, NULL);
+    w->running = false;
+    for (int i = 0; i < w->cameras; i++) fv_camera_close(&w->camera[i]);
+}
+
+bool fv_watch_read(struct fv_watch *w, struct fv_watch_news *news)
+{
+    return fv_mailbox_get(&w->mailbox, news, sizeof *news);
+}
