@@ -36,8 +36,8 @@ struct fv_sensors {
     int64_t gaze_latch_ns;      /* what time it was latched for */
 };
 
-/* sample: what is at a time; false: the source gives none; NULL: only what is known counts. history: the samples that are known at a time,
- * oldest first, and that time on their clock; returns their number. */
+/* sample: what is at a time; false: the source gives none; NULL: only what is known counts. history: the samples
+ * that are known at a time, oldest first, and that time on their clock; returns their number. */
 struct eye_source {
     const char *name;
     int (*open)(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error);

@@ -14,7 +14,7 @@
 #include <pthread.h>
 #include <stdatomic.h>
 
-enum { FV_WATCH_CAMERAS = 2, FV_WATCH_HISTORY = 8, FV_WATCH_STACK_BYTES = 512 << 10 };
+enum { FV_WATCH_CAMERAS = 2, FV_WATCH_HISTORY = 8, FV_WATCH_STACK_BYTES = 2 << 20 };
 
 /* camera[0] sees the left eye, or the only one that is seen. */
 struct fv_watch_settings {
