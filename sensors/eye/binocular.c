@@ -9,6 +9,8 @@ static const int64_t lately_ns = 25000000;
 /* Vergence that changes by more than this at once is a mistake of one eye; it is believed after a while. */
 static const double disagree_deg = 8;
 enum { BELIEVED = 15 };
+/* An eye whose error is told to be so many times the other's, and so much more, is half closed. */
+static const double less_certain = 3, less_certain_deg = 0.5;
 /* Slower than this an eye rests, so that its vergence with the other can be taken from different moments. */
 static const double rest_deg_s = 15;
 /* Told where an eye is placed by the other: vergence as last known, or not known at all. */
@@ -37,18 +39,24 @@ static bool is_seen(const struct fv_binocular *b, int eye, int64_t t_ns, int64_t
     return b->ever[eye] && b->newest[eye].seen && t_ns - b->newest[eye].t_ns <= within_ns;
 }
 
-/* Of two eyes that cannot both be right, the one that is seen better. */
+/* Of two eyes that cannot both be right, or of which one is far less certain, only the better one counts for
+ * now. */
 static void settle_dispute(struct fv_binocular *b, bool seen[2])
 {
+    const struct fv_eye_look *look = b->newest;
     double change[2];
     if (!seen[0] || !seen[1] || !b->apart_known) return;
-    for (int i = 0; i < 2; i++) change[i] = b->newest[0].at_deg[i] - b->newest[1].at_deg[i] - b->apart[i];
-    if (hypot(change[0], change[1]) < disagree_deg || ++b->disagreed > BELIEVED) {
+    for (int i = 0; i < 2; i++) change[i] = look[0].at_deg[i] - look[1].at_deg[i] - b->apart[i];
+    int worse = look[0].error_deg > look[1].error_deg ? 0 : 1;
+    double off_deg = look[worse].error_deg, other_deg = look[!worse].error_deg;
+    bool uncertain = off_deg > less_certain * other_deg && off_deg > other_deg + less_certain_deg;
+    if ((hypot(change[0], change[1]) < disagree_deg && !uncertain) || ++b->disagreed > BELIEVED) {
         b->disagreed = 0;
         return;
     }
     b->disagreements++;
-    seen[b->newest[0].confidence >= b->newest[1].confidence] = false;
+    if (!uncertain) worse = look[0].confidence >= look[1].confidence;
+    seen[worse] = false;
 }
 
 /* Where the eyes' middle is, from one or two that are seen; returns the error. */
@@ -56,7 +64,8 @@ static double place(struct fv_binocular *b, const bool seen[2], int64_t t_ns, do
 {
     const struct fv_eye_look *look = b->newest;
     double apart[2], weight[2] = {0, 0}, weights = 0, error_deg = 0;
-    bool turns = is_seen(b, 0, t_ns, lately_ns) && is_seen(b, 1, t_ns, lately_ns) &&
+    bool at_once = is_seen(b, 0, t_ns, FV_BINOCULAR_MOMENT_NS) && is_seen(b, 1, t_ns, FV_BINOCULAR_MOMENT_NS);
+    bool turns = !at_once && is_seen(b, 0, t_ns, lately_ns) && is_seen(b, 1, t_ns, lately_ns) &&
                  b->speed_deg_s[0] < rest_deg_s && b->speed_deg_s[1] < rest_deg_s;
     if ((seen[0] && seen[1]) || turns) {
         for (int i = 0; i < 2; i++) apart[i] = look[0].at_deg[i] - look[1].at_deg[i];

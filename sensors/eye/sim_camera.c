@@ -41,7 +41,7 @@ static int calibrate(struct fv_sim_camera *s, int eye, struct fv_error *error)
                             s->camera[eye].width, s->camera[eye].height, fv_gaze_refusal_text[refusal]);
     s->tracker[eye].settings.map = map;
     memset(&s->tracker[eye].track, 0, sizeof s->tracker[eye].track);
-    s->tracker[eye].usual = 0;
+    s->tracker[eye].usual = s->tracker[eye].ratio = 0;
     return 0;
 }
 

@@ -10,6 +10,9 @@ static const double degree = M_PI / 180, most_deg = 80;
 static const double narrow_share = 0.6, follow = 0.1;
 static const int64_t believed_ns = 300000000;
 
+/* An ellipse this much flatter than usual is one that a lid cuts. */
+static const double flat_share = 0.85, flatten = 0.05;
+
 void fv_gaze_vector(const double at_deg[2], double direction[3])
 {
     double angle = sqrt(at_deg[0] * at_deg[0] + at_deg[1] * at_deg[1]),
@@ -73,6 +76,18 @@ static bool is_whole(struct fv_eye_tracker *t, int64_t t_ns)
     return true;
 }
 
+/* How far off the centre of an ellipse may be that a lid cuts, in degrees: half of what its minor axis lacks.
+ * Pupils seen from aside flatten too, but not at once, so what is usual follows. */
+static double cut_deg(struct fv_eye_tracker *t, const struct fv_eye_frame *frame)
+{
+    double ratio = t->pupil.major > 0 ? t->pupil.minor / t->pupil.major : 1,
+           usual = t->ratio > 0 ? t->ratio : ratio;
+    double lacks_px = ratio < flat_share * usual ? 0.5 * (usual - ratio) * t->pupil.major : 0;
+    double radius_px = fabs(t->settings.model.radius) * frame->width;
+    t->ratio = usual + flatten * (ratio - usual);
+    return radius_px > 0 ? lacks_px / radius_px / degree : 0;
+}
+
 void fv_eye_tracker_frame(struct fv_eye_tracker *t, const struct fv_eye_frame *frame, int64_t t_ns,
                           struct fv_eye_look *look)
 {
@@ -96,7 +111,7 @@ void fv_eye_tracker_frame(struct fv_eye_tracker *t, const struct fv_eye_frame *f
                      ? fv_gaze_map_at(&t->settings.map, f, look->at_deg, &look->error_deg)
                      : by_model(&t->settings.model, frame, f->pupil, look->at_deg, &look->error_deg);
     /* A pupil that is just about seen is off twice as much. */
-    look->error_deg /= fmax(look->confidence, FV_PUPIL_CONFIDENT);
+    look->error_deg = look->error_deg / fmax(look->confidence, FV_PUPIL_CONFIDENT) + cut_deg(t, frame);
     if (!isfinite(look->at_deg[0] + look->at_deg[1] + look->error_deg)) look->seen = false;
     t->seen += look->seen;
     if (!look->seen) *look = (struct fv_eye_look){.t_ns = t_ns, .confidence = look->confidence};

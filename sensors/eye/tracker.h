@@ -34,7 +34,7 @@ struct fv_eye_look {
     int64_t t_ns;
     bool seen;        /* else all below is 0 but the confidence */
     double at_deg[2]; /* right and up; the length is the angle from straight ahead */
-    double error_deg; /* the map's, more where the pupil is seen poorly */
+    double error_deg; /* the map's, more where the pupil is seen poorly or a lid cuts it */
     double confidence;
     struct fv_gaze_feature feature; /* for calibrations */
 };
@@ -46,6 +46,7 @@ struct fv_eye_tracker {
     struct fv_glint_ring ring;
     struct fv_pupil pupil; /* of the newest frame */
     double usual;          /* width of the pupil, pixels; 0: not known */
+    double ratio;          /* minor axis over major one, as usual; 0: not known */
     int64_t narrow_ns;     /* since when it has been much narrower; 0: it is not */
     int64_t frames, seen, with_glint, narrow;
     void *scratch;
