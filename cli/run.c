@@ -156,6 +156,15 @@ static void fill_session(struct run *r)
     s->gaze_lost = counts.gaze_lost;
     s->imu_samples = counts.imu_samples;
     s->imu_rejected = counts.imu_rejected;
+    s->cameras = counts.camera.cameras;
+    s->camera_frames = counts.camera.frames;
+    s->camera_skipped = counts.camera.skipped;
+    s->camera_gaps = counts.camera.gaps;
+    s->camera_rejected = counts.camera.rejected;
+    s->camera_lost = counts.camera.lost;
+    s->camera_restarts = counts.camera.restarts;
+    s->camera_ms_mean = counts.camera.latency_ms_mean;
+    s->camera_ms_most = counts.camera.latency_ms_most;
     s->gaze_latency_ms_p50 = percentile(s, FV_COLUMN_GAZE_LATENCY, 50);
     s->heap_calls = fv_heap_calls();
     s->memory_syscalls = fv_heap_system_calls();

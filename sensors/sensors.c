@@ -298,8 +298,9 @@ void fv_sensors_latch(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, str
     }
 }
 
-struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *s)
+struct fv_sensors_counts fv_sensors_counts(struct fv_sensors *s)
 {
+    if (s->cameras) fv_camera_source_counts(s->cameras, &s->counts.camera);
     return s->counts;
 }
 

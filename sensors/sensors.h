@@ -41,6 +41,11 @@ struct fv_sensors; /* opaque, in the arena */
  * read count as lost or rejected too. Sources "none" give no samples. */
 struct fv_sensors_counts {
     int64_t gaze_samples, gaze_lost, imu_samples, imu_rejected;
+    struct fv_eye_camera_counts {
+        int cameras; /* real ones; 0: all else is 0 */
+        int64_t frames, skipped, gaps, rejected, lost, restarts; /* of all together; v4l2.h */
+        double latency_ms_mean, latency_ms_most;                 /* from a frame in memory to its gaze */
+    } camera;
 };
 
 /* Opens the sources that the settings name: eye.source and imu.source; tapes are read whole, into
@@ -66,7 +71,7 @@ int fv_sensors_open(struct fv_sensors **sensors, const struct fv_config *config,
 void fv_sensors_latch(struct fv_sensors *sensors, int64_t now_ns, int64_t show_ns, struct fv_pose *head,
                       struct fv_gaze *gaze);
 
-struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *sensors);
+struct fv_sensors_counts fv_sensors_counts(struct fv_sensors *sensors);
 
 /* The tapes that the sources read (tape.h); NULL where the source is no tape. */
 struct fv_tape;

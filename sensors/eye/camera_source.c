@@ -128,3 +128,23 @@ int fv_camera_source_history(struct fv_camera_source *s, int64_t t_ns, const str
     *at_ns = newest * s->sim.period_ns + into_ns;
     return samples;
 }
+
+void fv_camera_source_counts(struct fv_camera_source *s, struct fv_eye_camera_counts *counts)
+{
+    struct fv_watch_tally tally;
+    memset(counts, 0, sizeof *counts);
+    if (!s->watch || !fv_watch_count(s->watch, &tally)) return;
+    counts->cameras = s->watch->cameras;
+    for (int i = 0; i < counts->cameras; i++) {
+        const struct fv_camera_counts *c = &tally.camera[i];
+        counts->frames += c->frames;
+        counts->skipped += c->skipped;
+        counts->gaps += c->gaps;
+        counts->rejected += c->flagged + c->shorted + c->corrupt;
+        counts->lost += c->lost;
+        counts->restarts += c->restarts;
+    }
+    if (tally.latency.frames > 0)
+        counts->latency_ms_mean = 1e-6 * (double)tally.latency.sum_ns / (double)tally.latency.frames;
+    counts->latency_ms_most = 1e-6 * (double)tally.latency.most_ns;
+}

@@ -6,6 +6,7 @@
 #include "config/config.h"
 #include "sensors/eye/sim_camera.h"
 #include "sensors/eye/watch.h"
+#include "sensors/sensors.h"
 
 struct fv_camera_source; /* opaque, in the arena */
 
@@ -18,5 +19,8 @@ int fv_camera_source_open(struct fv_camera_source **source, const struct fv_conf
  * whose samples are of CLOCK_MONOTONIC, it is now, whatever t_ns is. Returns their number. */
 int fv_camera_source_history(struct fv_camera_source *source, int64_t t_ns,
                              const struct fv_gaze_sample **history, int64_t *at_ns);
+
+/* What the cameras have done so far; all 0 for simulated ones. */
+void fv_camera_source_counts(struct fv_camera_source *source, struct fv_eye_camera_counts *counts);
 
 #endif

@@ -63,35 +63,54 @@ static void publish(struct fv_watch *w, const struct fv_gaze_sample *sample)
     fv_mailbox_put(&w->mailbox, n, sizeof *n);
 }
 
-void fv_watch_round(struct fv_watch *w, int64_t timeout_ns)
+/* Waits until a camera has something, or is to be looked at in any case. */
+static void await(struct fv_watch *w, int64_t timeout_ns, unsigned ready[FV_WATCH_CAMERAS])
 {
-    unsigned ready[FV_WATCH_CAMERAS] = {0};
     int fd[FV_WATCH_CAMERAS];
-    struct fv_eye_look look[FV_WATCH_CAMERAS];
-    bool any[FV_WATCH_CAMERAS] = {false, false};
-    int64_t now_ns = w->io->now_ns(w->io->context), arrived_ns = INT64_MAX;
+    int64_t now_ns = w->io->now_ns(w->io->context);
     for (int i = 0; i < w->cameras; i++) {
         fd[i] = w->camera[i].fd;
         int64_t due_ns = fv_camera_due_ns(&w->camera[i]) - now_ns;
         if (due_ns < timeout_ns) timeout_ns = due_ns;
     }
     w->io->wait(w->io->context, fd, ready, w->cameras, timeout_ns > 0 ? timeout_ns : 0);
-    for (int i = 0; i < w->cameras; i++) {
-        struct fv_camera_frame frame;
-        enum fv_camera_event event = fv_camera_step(&w->camera[i], ready[i], &frame);
-        if (event == FV_CAMERA_LOST || event == FV_CAMERA_BACK) w->say(w->camera[i].text);
-        if (event != FV_CAMERA_FRAME && event != FV_CAMERA_BACK) continue;
-        fv_eye_tracker_frame(&w->tracker[i], &frame.grey, frame.t_ns, &look[i]);
-        any[i] = true;
-        if (frame.arrived_ns < arrived_ns) arrived_ns = frame.arrived_ns;
-    }
+}
+
+/* From looks to a sample in the mailbox. */
+static void combine(struct fv_watch *w, const struct fv_eye_look *left, const struct fv_eye_look *right,
+                    int64_t arrived_ns)
+{
     struct fv_gaze_sample sample;
-    if (!fv_binocular_add(&w->binocular, any[0] ? &look[0] : NULL, any[1] ? &look[1] : NULL, &sample)) return;
+    if (!fv_binocular_add(&w->binocular, left, right, &sample)) return;
     publish(w, &sample);
     int64_t took_ns = w->io->now_ns(w->io->context) - arrived_ns;
     w->latency.frames++;
     w->latency.sum_ns += took_ns;
     if (took_ns > w->latency.most_ns) w->latency.most_ns = took_ns;
+}
+
+void fv_watch_round(struct fv_watch *w, int64_t timeout_ns)
+{
+    unsigned ready[FV_WATCH_CAMERAS] = {0};
+    struct fv_eye_look look[FV_WATCH_CAMERAS];
+    bool any[FV_WATCH_CAMERAS] = {false, false}, changed = false;
+    int64_t arrived_ns = INT64_MAX;
+    await(w, timeout_ns, ready);
+    for (int i = 0; i < w->cameras; i++) {
+        struct fv_camera_frame frame;
+        enum fv_camera_event event = fv_camera_step(&w->camera[i], ready[i], &frame);
+        if (event == FV_CAMERA_LOST || event == FV_CAMERA_BACK) w->say(w->camera[i].text);
+        changed = changed || event != FV_CAMERA_NOTHING;
+        if (event != FV_CAMERA_FRAME && event != FV_CAMERA_BACK) continue;
+        fv_eye_tracker_frame(&w->tracker[i], &frame.grey, frame.t_ns, &look[i]);
+        any[i] = true;
+        if (frame.arrived_ns < arrived_ns) arrived_ns = frame.arrived_ns;
+    }
+    if (any[0] || any[1]) combine(w, any[0] ? &look[0] : NULL, any[1] ? &look[1] : NULL, arrived_ns);
+    if (!changed) return;
+    struct fv_watch_tally tally = {.latency = w->latency};
+    for (int i = 0; i < w->cameras; i++) tally.camera[i] = w->camera[i].counts;
+    fv_mailbox_put(&w->tally, &tally, sizeof tally);
 }
 
 static void *watch_thread(void *argument)
@@ -129,4 +148,9 @@ void fv_watch_stop(struct fv_watch *w)
 bool fv_watch_read(struct fv_watch *w, struct fv_watch_news *news)
 {
     return fv_mailbox_get(&w->mailbox, news, sizeof *news);
+}
+
+bool fv_watch_count(struct fv_watch *w, struct fv_watch_tally *tally)
+{
+    return fv_mailbox_get(&w->tally, tally, sizeof *tally);
 }

@@ -35,6 +35,12 @@ struct fv_watch_latency {
     int64_t frames, sum_ns, most_ns;
 };
 
+/* What the cameras have done so far. */
+struct fv_watch_tally {
+    struct fv_camera_counts camera[FV_WATCH_CAMERAS];
+    struct fv_watch_latency latency;
+};
+
 struct fv_watch {
     const struct fv_camera_io *io;
     int cameras;
@@ -43,7 +49,7 @@ struct fv_watch {
     struct fv_binocular binocular;
     struct fv_watch_news news;
     struct fv_watch_latency latency;
-    struct fv_mailbox mailbox;
+    struct fv_mailbox mailbox, tally;
     void (*say)(const char *line); /* changes of state */
     char *stack;
     atomic_bool stop;
@@ -67,5 +73,9 @@ void fv_watch_stop(struct fv_watch *watch);
 
 /* The newest samples; false: none yet, `news` as it was. From any thread. */
 bool fv_watch_read(struct fv_watch *watch, struct fv_watch_news *news);
+
+/* What has been counted up to the newest round that brought anything; false: none has yet. From any thread.
+ */
+bool fv_watch_count(struct fv_watch *watch, struct fv_watch_tally *tally);
 
 #endif
