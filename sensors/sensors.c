@@ -67,8 +67,26 @@ static int open_tape(struct fv_tape *tape, const char *dotted, const char *path,
     return fv_tape_read(tape, path, error);
 }
 
+static int open_cameras(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error)
+{
+    return fv_camera_source_open(&s->cameras, config, error);
+}
+
+static int eye_cameras_history(struct fv_sensors *s, int64_t t_ns, const struct fv_gaze_sample **history,
+                               int64_t *at_ns)
+{
+    return fv_camera_source_history(s->cameras, t_ns, history, at_ns);
+}
+
+static const struct eye_source eye_frames = {"tape", open_cameras, NULL, eye_cameras_history};
+
 static int open_eye_tape(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error)
 {
+    /* A folder of recorded frames. */
+    if (!config->eye_tape[0] && config->eye_device[0]) {
+        s->eye = &eye_frames;
+        return open_cameras(s, config, error);
+    }
     if (open_tape(&s->eye_tape, "eye.tape", config->eye_tape, error)) return -1;
     if (s->eye_tape.gazes == 0)
         return fv_config_error(error, "eye.tape", "%s holds head poses but no gaze", config->eye_tape);
@@ -112,17 +130,6 @@ static int eye_tape_history(struct fv_sensors *s, int64_t t_ns, const struct fv_
                             int64_t *at_ns)
 {
     return fv_tape_gaze_history(&s->eye_tape, t_ns, history, at_ns);
-}
-
-static int open_cameras(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error)
-{
-    return fv_camera_source_open(&s->cameras, config, error);
-}
-
-static int eye_cameras_history(struct fv_sensors *s, int64_t t_ns, const struct fv_gaze_sample **history,
-                               int64_t *at_ns)
-{
-    return fv_camera_source_history(s->cameras, t_ns, history, at_ns);
 }
 
 static bool eye_none(const struct fv_sensors *s, int64_t t_ns, struct fv_gaze_sample *gaze)

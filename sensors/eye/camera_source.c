@@ -11,9 +11,11 @@
 #include <string.h>
 
 struct fv_camera_source {
-    struct fv_watch *watch; /* NULL: simulated */
+    struct fv_watch *watch; /* NULL: simulated, or recorded */
+    bool recorded;
     struct fv_watch_news news;
     struct fv_sim_camera sim;
+    struct fv_frame_player player;
 };
 
 static void say(const char *line)
@@ -102,13 +104,31 @@ static int open_simulated(struct fv_camera_source *s, const struct fv_config *co
     return 0;
 }
 
+static int open_recorded(struct fv_camera_source *s, const struct fv_config *config, struct fv_error *error)
+{
+    struct fv_eye_settings eye[2];
+    struct fv_error why;
+    char right[FV_PATH_MAX];
+    bool both = fv_path_join(right, config->eye_device, "right.frames") == 0 && fv_file_exists(right);
+    memset(eye, 0, sizeof eye);
+    if (eye_settings(eye, config, both ? 2 : 1, error)) return -1;
+    s->recorded = true;
+    if (fv_frame_player_open(&s->player, config->eye_device, eye, config->eye_settle_ms * 1e-3, &why))
+        return fv_config_error(error, "eye.device", "%s", why.text);
+    return 0;
+}
+
 int fv_camera_source_open(struct fv_camera_source **source, const struct fv_config *config,
                           struct fv_error *error)
 {
     struct fv_camera_source *s = fv_arena_take(fv_arena(), "sensors", sizeof *s, 64);
     memset(s, 0, sizeof *s);
-    bool simulated = strcmp(config->eye_source, "sim-camera") == 0;
-    if (simulated ? open_simulated(s, config, error) : open_cameras(s, config, error)) return -1;
+    static const struct {
+        const char *source;
+        int (*open)(struct fv_camera_source *s, const struct fv_config *config, struct fv_error *error);
+    } kind[] = {{"v4l2", open_cameras}, {"sim-camera", open_simulated}, {"tape", open_recorded}};
+    for (unsigned i = 0; i < sizeof kind / sizeof kind[0]; i++)
+        if (strcmp(config->eye_source, kind[i].source) == 0 && kind[i].open(s, config, error)) return -1;
     *source = s;
     return 0;
 }
@@ -122,11 +142,11 @@ int fv_camera_source_history(struct fv_camera_source *s, int64_t t_ns, const str
         *at_ns = fv_clock_now_ns(&fv_clock_monotonic);
         return s->news.samples;
     }
-    int64_t into_ns, newest = fv_motion_epoch(t_ns, s->sim.period_ns, &into_ns);
-    int samples = fv_sim_camera_until(&s->sim, t_ns);
-    *history = s->sim.sample;
-    *at_ns = newest * s->sim.period_ns + into_ns;
-    return samples;
+    int64_t into_ns, period_ns = s->recorded ? s->player.length_ns : s->sim.period_ns,
+                     epoch = fv_motion_epoch(t_ns, period_ns, &into_ns);
+    *at_ns = epoch * period_ns + into_ns; /* t_ns, but for times that are out of range */
+    *history = s->recorded ? s->player.sample : s->sim.sample;
+    return s->recorded ? fv_frame_player_until(&s->player, *at_ns) : fv_sim_camera_until(&s->sim, *at_ns);
 }
 
 void fv_camera_source_counts(struct fv_camera_source *s, struct fv_eye_camera_counts *counts)

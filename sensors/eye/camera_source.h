@@ -1,9 +1,11 @@
-/* camera_source: the sources of gaze that are cameras (eye.source=v4l2 and sim-camera): from settings to
- * samples. */
+/* camera_source: the sources of gaze that are camera frames: of cameras (eye.source=v4l2), simulated ones
+ * (sim-camera), or recorded (tape, with the folder of the recording in eye.device): from settings to samples.
+ */
 #ifndef FV_SENSORS_CAMERA_SOURCE_H
 #define FV_SENSORS_CAMERA_SOURCE_H
 
 #include "config/config.h"
+#include "sensors/eye/frame_player.h"
 #include "sensors/eye/sim_camera.h"
 #include "sensors/eye/watch.h"
 #include "sensors/sensors.h"
