@@ -320,3 +320,13 @@ const struct fv_tape *fv_sensors_imu_tape(const struct fv_sensors *s)
 {
     return s->imu_tape.heads > 0 ? &s->imu_tape : NULL;
 }
+
+int fv_sensors_record(struct fv_sensors *s, const char *folder, struct fv_error *error)
+{
+    return s->cameras ? fv_camera_source_record(s->cameras, folder, error) : 0;
+}
+
+int fv_sensors_record_end(struct fv_sensors *s, struct fv_error *error)
+{
+    return s->cameras ? fv_camera_source_record_end(s->cameras, error) : 0;
+}

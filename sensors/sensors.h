@@ -73,6 +73,11 @@ void fv_sensors_latch(struct fv_sensors *sensors, int64_t now_ns, int64_t show_n
 
 struct fv_sensors_counts fv_sensors_counts(struct fv_sensors *sensors);
 
+/* Records the eye cameras' frames into the folder, until the end; nothing where there are no cameras. 0, or -1 with the
+ * error set; at the end, with why the recording is not whole. */
+int fv_sensors_record(struct fv_sensors *sensors, const char *folder, struct fv_error *error);
+int fv_sensors_record_end(struct fv_sensors *sensors, struct fv_error *error);
+
 /* The tapes that the sources read (tape.h); NULL where the source is no tape. */
 struct fv_tape;
 const struct fv_tape *fv_sensors_eye_tape(const struct fv_sensors *sensors);

@@ -16,6 +16,7 @@ struct fv_camera_source {
     struct fv_watch_news news;
     struct fv_sim_camera sim;
     struct fv_frame_player player;
+    struct fv_frame_recorder *recorder;
 };
 
 static void say(const char *line)
@@ -167,4 +168,26 @@ void fv_camera_source_counts(struct fv_camera_source *s, struct fv_eye_camera_co
     if (tally.latency.frames > 0)
         counts->latency_ms_mean = 1e-6 * (double)tally.latency.sum_ns / (double)tally.latency.frames;
     counts->latency_ms_most = 1e-6 * (double)tally.latency.most_ns;
+}
+
+int fv_camera_source_record(struct fv_camera_source *s, const char *folder, struct fv_error *error)
+{
+    int width[2] = {0, 0}, height[2] = {0, 0};
+    if (!s->watch) return 0;
+    for (int i = 0; i < s->watch->cameras; i++) fv_watch_size(s->watch, i, &width[i], &height[i]);
+    if (fv_frame_recorder_open(&s->recorder, folder, s->watch->cameras, width, height, error)) return -1;
+    atomic_store_explicit(&s->watch->recorder, s->recorder, memory_order_release);
+    return 0;
+}
+
+int fv_camera_source_record_end(struct fv_camera_source *s, struct fv_error *error)
+{
+    struct fv_frame_recorder *r = s->recorder;
+    if (!r) return 0;
+    s->recorder = NULL;
+    atomic_store_explicit(&s->watch->recorder, NULL, memory_order_release);
+    long long dropped = atomic_load(&r->dropped);
+    if (dropped > 0)
+        fv_log("eye camera: %lld frames were not recorded, as the disk did not keep up", dropped);
+    return fv_frame_recorder_close(r, error);
 }

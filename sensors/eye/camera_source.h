@@ -22,6 +22,12 @@ int fv_camera_source_open(struct fv_camera_source **source, const struct fv_conf
 int fv_camera_source_history(struct fv_camera_source *source, int64_t t_ns,
                              const struct fv_gaze_sample **history, int64_t *at_ns);
 
+/* Records the cameras' frames into the folder (frame_recorder.h), up to the end; nothing is done where they
+ * are no real cameras. 0, or -1 with the error set. The end tells also how many frames were dropped, by the
+ * log. */
+int fv_camera_source_record(struct fv_camera_source *source, const char *folder, struct fv_error *error);
+int fv_camera_source_record_end(struct fv_camera_source *source, struct fv_error *error);
+
 /* What the cameras have done so far; all 0 for simulated ones. */
 void fv_camera_source_counts(struct fv_camera_source *source, struct fv_eye_camera_counts *counts);
 

@@ -29,6 +29,8 @@ static int open_camera(struct fv_watch *w, int i, const struct fv_watch_settings
            scratch = fv_pupil_scratch_bytes(c->layout.width, c->layout.height);
     fv_camera_lend(c, fv_arena_take(fv_arena(), "sensors", bytes, 64), bytes);
     fv_eye_tracker_begin(&w->tracker[i], eye, fv_arena_take(fv_arena(), "sensors", scratch, 64), scratch);
+    w->width[i] = c->layout.width;
+    w->height[i] = c->layout.height;
     w->say(c->text);
     return 0;
 }
@@ -103,6 +105,8 @@ void fv_watch_round(struct fv_watch *w, int64_t timeout_ns)
         changed = changed || event != FV_CAMERA_NOTHING;
         if (event != FV_CAMERA_FRAME && event != FV_CAMERA_BACK) continue;
         fv_eye_tracker_frame(&w->tracker[i], &frame.grey, frame.t_ns, &look[i]);
+        struct fv_frame_recorder *recorder = atomic_load_explicit(&w->recorder, memory_order_acquire);
+        if (recorder) fv_frame_recorder_put(recorder, i, frame.t_ns, &frame.grey);
         any[i] = true;
         if (frame.arrived_ns < arrived_ns) arrived_ns = frame.arrived_ns;
     }
@@ -153,4 +157,10 @@ bool fv_watch_read(struct fv_watch *w, struct fv_watch_news *news)
 bool fv_watch_count(struct fv_watch *w, struct fv_watch_tally *tally)
 {
     return fv_mailbox_get(&w->tally, tally, sizeof *tally);
+}
+
+void fv_watch_size(const struct fv_watch *w, int camera, int *width, int *height)
+{
+    *width = w->width[camera];
+    *height = w->height[camera];
 }

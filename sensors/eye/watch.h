@@ -8,6 +8,7 @@
 #define FV_SENSORS_WATCH_H
 
 #include "sensors/eye/binocular.h"
+#include "sensors/eye/frame_recorder.h"
 #include "sensors/eye/v4l2.h"
 #include "sensors/mailbox.h"
 
@@ -44,11 +45,13 @@ struct fv_watch_tally {
 struct fv_watch {
     const struct fv_camera_io *io;
     int cameras;
+    int width[FV_WATCH_CAMERAS], height[FV_WATCH_CAMERAS];
     struct fv_camera camera[FV_WATCH_CAMERAS];
     struct fv_eye_tracker tracker[FV_WATCH_CAMERAS];
     struct fv_binocular binocular;
     struct fv_watch_news news;
     struct fv_watch_latency latency;
+    struct fv_frame_recorder *_Atomic recorder; /* NULL: frames are not recorded */
     struct fv_mailbox mailbox, tally;
     void (*say)(const char *line); /* changes of state */
     char *stack;
@@ -73,6 +76,9 @@ void fv_watch_stop(struct fv_watch *watch);
 
 /* The newest samples; false: none yet, `news` as it was. From any thread. */
 bool fv_watch_read(struct fv_watch *watch, struct fv_watch_news *news);
+
+/* Size of a camera's frames, as they were at the start: those that it may have again. */
+void fv_watch_size(const struct fv_watch *watch, int camera, int *width, int *height);
 
 /* What has been counted up to the newest round that brought anything; false: none has yet. From any thread.
  */

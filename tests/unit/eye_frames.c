@@ -2,6 +2,7 @@
  * true gaze, at their own times, starting again at the end; files that are none, cut off, or hold bad frames
  * between good ones. */
 #include "sensors/eye/frame_player.h"
+#include "sensors/eye/frame_recorder.h"
 #include "sensors/eye/image_sim.h"
 #include "tests/support/opened_sensors.h"
 
@@ -149,10 +150,63 @@ static void source_errors(void **state)
     assert_non_null(strstr(error.text, "/nowhere/left.frames"));
 }
 
+/* What is recorded is read again, byte for byte; frames that do not fit, or for which there is no room, are
+ * dropped and counted; a disk that is full ends the recording with its reason. */
+static void recording(void **state)
+{
+    (void)state;
+    static const int width[2] = {40, 24}, height[2] = {30, 20};
+    struct fv_frame_recorder *r;
+    struct fv_frame_tape t[2];
+    char path[256];
+    if (fv_frame_recorder_open(&r, program_folder(), 2, width, height, &error)) fail_msg("%s", error.text);
+    for (int i = 0; i < 2000; i++) {
+        int eye = i % 2;
+        for (int k = 0; k < 64 * 30; k++) pixels[k] = (uint8_t)(i + k % 64);
+        struct fv_eye_frame frame = {pixels, width[eye], height[eye], 64};
+        fv_frame_recorder_put(r, eye, 1000 + i, &frame);
+        if (i % 20 == 0) usleep(1000);
+        frame.width++;
+        if (i == 0) fv_frame_recorder_put(r, eye, 1, &frame);
+    }
+    assert_int_equal(fv_frame_recorder_close(r, &error), 0);
+    assert_true(r->dropped >= 1);
+    for (int eye = 0; eye < 2; eye++) {
+        snprintf(path, sizeof path, "%s/%s.frames", program_folder(), eye ? "right" : "left");
+        if (fv_frame_tape_read(&t[eye], path, &error)) fail_msg("%s", error.text);
+        assert_true(t[eye].layout.width == width[eye] && t[eye].layout.height == height[eye] &&
+                    t[eye].rejected == 0);
+        size_t at = t[eye].begin;
+        int64_t t_ns = INT64_MIN;
+        for (const uint8_t *f; (f = fv_frame_tape_next(&t[eye], &at, t_ns, &t_ns));)
+            for (int k = 0; k < width[eye] * height[eye]; k++)
+                if (f[k] != (uint8_t)(t_ns - 1000 + k % width[eye]))
+                    fail_msg("frame %d, pixel %d", (int)t_ns, k);
+    }
+    for (int eye = 0; eye < 2; eye++) free((void *)t[eye].bytes);
+    assert_int_equal(t[0].frames + t[1].frames + r->dropped, 2001);
+    print_message("%d of 2000 dropped\n", (int)r->dropped - 1);
+    /* A folder that is none; a disk without room. */
+    assert_int_equal(fv_frame_recorder_open(&r, "/nowhere", 1, width, height, &error), -1);
+    struct stat full;
+    if (stat("/dev/full", &full) != 0) return;
+    assert_int_equal(fv_frame_recorder_open(&r, program_folder(), 1, width, height, &error), 0);
+    int device = open("/dev/full", O_WRONLY);
+    assert_true(dup2(device, r->writer[0].fd) >= 0);
+    close(device);
+    for (int i = 0; i < 200; i++) {
+        struct fv_eye_frame frame = {pixels, width[0], height[0], 64};
+        fv_frame_recorder_put(r, 0, i, &frame);
+        usleep(100);
+    }
+    assert_int_equal(fv_frame_recorder_close(r, &error), -1);
+    assert_non_null(strstr(error.text, "No space left"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(recorded_frames_are_a_source),
-                                       cmocka_unit_test(tapes_that_are_none),
+                                       cmocka_unit_test(tapes_that_are_none), cmocka_unit_test(recording),
                                        cmocka_unit_test(source_errors)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

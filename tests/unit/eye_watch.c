@@ -186,6 +186,13 @@ static void the_thread(void **state)
     io = fake_io;
     io.wait = real_wait, io.now_ns = real_now;
     begin_watch(&io);
+    static struct fv_frame_recorder *recorder;
+    struct fv_frame_tape tape;
+    int width[2], height[2];
+    char path[256];
+    fv_watch_size(watch, 0, &width[0], &height[0]);
+    assert_int_equal(fv_frame_recorder_open(&recorder, program_folder(), 1, width, height, &error), 0);
+    atomic_store(&watch->recorder, recorder);
     if (fv_watch_start(watch, &error)) fail_msg("%s", error.text);
     for (int i = 0; i < 4000 && seen < 30; i++) {
         struct timespec a_while = {0, 1000000};
@@ -197,6 +204,13 @@ static void the_thread(void **state)
     }
     fv_watch_stop(watch);
     assert_int_equal(seen, 30);
+    struct fv_watch_tally tally;
+    assert_true(fv_watch_count(watch, &tally) && tally.camera[0].frames == watch->camera[0].counts.frames);
+    assert_int_equal(fv_frame_recorder_close(recorder, &error), 0);
+    snprintf(path, sizeof path, "%s/left.frames", program_folder());
+    assert_int_equal(fv_frame_tape_read(&tape, path, &error), 0);
+    assert_int_equal(tape.frames + recorder->dropped, tally.camera[0].frames);
+    free((void *)tape.bytes);
     assert_true(watch->latency.frames >= 30 && watch->latency.sum_ns > 0);
     print_message("frame in memory to gaze, 64x64: mean %.3f ms\n",
                   1e-6 * (double)watch->latency.sum_ns / (double)watch->latency.frames);
