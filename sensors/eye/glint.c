@@ -13,6 +13,11 @@ static const double around_share = 0.0125;
 static const double off_share = 0.16, off_least_px = 1.5;
 /* Places follow what is seen: mean over so many frames. */
 static const double learn = 0.05;
+/* Spots of less than this share of the strongest one's contrast are skin, lashes or tears. */
+static const double faint = 0.35;
+/* A ring that so many frames in a row do not fit, though spots enough are there, was none: it is learnt anew.
+ */
+enum { MISSES_MAX = 60 };
 
 struct window {
     int left, top, right, bottom; /* right, bottom: the first pixel outside */
@@ -114,6 +119,7 @@ int fv_glint_spots(const struct fv_eye_frame *frame, const struct fv_pupil *pupi
             spots = insert(spot, spots, &g, w.reach);
         }
     }
+    while (spots > 0 && spot[spots - 1].contrast < faint * spot[0].contrast) spots--;
     return spots;
 }
 
@@ -130,6 +136,7 @@ static void begin_ring(struct fv_glint_ring *ring, const struct fv_glint *spot)
         ring->place[i][1] = spot[i].y - y;
     }
     ring->known = true;
+    ring->misses = 0;
 }
 
 /* Which spot is at each place when the middle is at (x, y); -1: none. Returns how many are, and the sum of
@@ -182,7 +189,11 @@ bool fv_glint_middle(struct fv_glint_ring *ring, const struct fv_glint *spot, in
             least = squares;
             memcpy(best, found, sizeof best);
         }
-    if (most < (ring->leds < 3 ? ring->leds : ring->leds / 2 + 1)) return false;
+    if (most < (ring->leds < 3 ? ring->leds : ring->leds / 2 + 1)) {
+        if (spots >= ring->leds && ++ring->misses >= MISSES_MAX) ring->known = false;
+        return false;
+    }
+    ring->misses = 0;
     for (int i = 0; i < ring->leds; i++) {
         if (best[i] < 0) continue;
         x += (spot[best[i]].x - ring->place[i][0]) / most;

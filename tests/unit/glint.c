@@ -147,6 +147,15 @@ static void parts_of_rings(void **state)
     }
     print_message("%d of %d\n", told, enough);
     assert_true(told >= enough * 98 / 100);
+    /* A ring that was learnt from something else is forgotten. */
+    struct fv_glint wrong[4] = {{10, 10, 50}, {30, 12, 50}, {33, 70, 50}, {90, 5, 50}},
+                    right[4] = {{0, 0, 50}, {40, 0, 50}, {40, 40, 50}, {0, 40, 50}};
+    struct fv_glint_ring slow = {.leds = 4};
+    double at[2];
+    int frames = 0;
+    assert_true(fv_glint_middle(&slow, wrong, 4, at));
+    while (!fv_glint_middle(&slow, right, 4, at)) assert_true(++frames < 100);
+    assert_true(frames > 10 && fabs(at[0] - 20) < 1e-9 && fabs(at[1] - 20) < 1e-9);
     struct fv_glint_ring ring = {.leds = 0};
     double middle[2];
     struct fv_glint spot = {1, 1, 1};
