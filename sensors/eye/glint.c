@@ -60,8 +60,8 @@ static int contrast_at(const uint8_t *p, const struct window *w)
 /* None of its neighbours is brighter; of equal ones the first counts. */
 static bool is_peak(const uint8_t *p, ptrdiff_t stride)
 {
-    return p[-stride - 1] < *p && p[-stride] < *p && p[-stride + 1] < *p && p[-1] < *p && p[1] <= *p &&
-           p[stride - 1] <= *p && p[stride] <= *p && p[stride + 1] <= *p;
+    return p[-1] < *p && p[1] <= *p && p[-stride] < *p && p[stride] <= *p && p[-stride - 1] < *p &&
+           p[-stride + 1] < *p && p[stride - 1] <= *p && p[stride + 1] <= *p;
 }
 
 /* Centre of what is brighter than the places around are, weighted by how much. */
@@ -112,7 +112,11 @@ int fv_glint_spots(const struct fv_eye_frame *frame, const struct fv_pupil *pupi
     for (int y = w.top; y < w.bottom; y++) {
         const uint8_t *row = frame->pixels + y * frame->stride;
         for (int x = w.left; x < w.right; x++) {
-            if (row[x] < BRIGHT || !is_peak(row + x, frame->stride)) continue;
+            /* Few pixels are so much brighter than those to both sides: most are done with here. */
+            if (row[x] < BRIGHT || row[x] < row[x - w.reach] + CONTRAST ||
+                row[x] < row[x + w.reach] + CONTRAST)
+                continue;
+            if (!is_peak(row + x, frame->stride)) continue;
             int contrast = contrast_at(row + x, &w);
             if (contrast == 0) continue;
             struct fv_glint g = centre_of(frame, &w, x, y, contrast);
