@@ -209,6 +209,35 @@ static void write_plan(const struct fv_session *s)
     fv_writer_print(&out, "]");
 }
 
+/* Cameras of the eyes are told of only where they are the source. */
+static void write_sensors(const struct fv_session *s)
+{
+    key(",\n", "gaze");
+    integer("{", "samples", s->gaze_samples);
+    integer(",", "lost", s->gaze_lost);
+    number(",", "latency_ms_p50", s->gaze_latency_ms_p50);
+    if (s->cameras > 0) {
+        key(",", "cameras");
+        integer("{", "count", s->cameras);
+        integer(",", "frames", s->camera_frames);
+        integer(",", "skipped", s->camera_skipped);
+        integer(",", "gaps", s->camera_gaps);
+        integer(",", "rejected", s->camera_rejected);
+        integer(",", "lost", s->camera_lost);
+        integer(",", "restarts", s->camera_restarts);
+        number(",", "latency_ms_mean", s->camera_ms_mean);
+        number(",", "latency_ms_most", s->camera_ms_most);
+        fv_writer_print(&out, "}");
+    }
+    fv_writer_print(&out, "}");
+    key(",\n", "imu");
+    integer("{", "samples", s->imu_samples);
+    integer(",", "rejected", s->imu_rejected);
+    integer(",", "lost", s->imu_lost);
+    integer(",", "reconnects", s->imu_reconnects);
+    fv_writer_print(&out, "}");
+}
+
 int fv_report_json(const struct fv_session *s, const struct fv_config *config, const char *path,
                    struct fv_error *error)
 {
@@ -237,17 +266,7 @@ int fv_report_json(const struct fv_session *s, const struct fv_config *config, c
     write_times(s);
     write_means(s);
     write_rings(s);
-    key(",\n", "gaze");
-    integer("{", "samples", s->gaze_samples);
-    integer(",", "lost", s->gaze_lost);
-    number(",", "latency_ms_p50", s->gaze_latency_ms_p50);
-    fv_writer_print(&out, "}");
-    key(",\n", "imu");
-    integer("{", "samples", s->imu_samples);
-    integer(",", "rejected", s->imu_rejected);
-    integer(",", "lost", s->imu_lost);
-    integer(",", "reconnects", s->imu_reconnects);
-    fv_writer_print(&out, "}");
+    write_sensors(s);
     write_memory(s);
     write_plan(s);
     fv_writer_print(&out, "}\n");

@@ -122,6 +122,15 @@ static void heed_signals(void)
             sigaction(ending[i], &action, NULL);
 }
 
+/* The eye cameras' frames, beside what is latched. */
+static int record_frames(struct run *r, const char *out, struct fv_error *error)
+{
+    char folder[FV_PATH_MAX];
+    if (strcmp(r->setup.config.output_eye_frames, "on") != 0) return 0;
+    if (fv_path_join(folder, out, "tape")) return fv_error_set(error, "%s: path too long", out);
+    return fv_folder_make(folder, error) || fv_sensors_record(r->setup.sensors, folder, error) ? -1 : 0;
+}
+
 /* All that a run needs before the first frame; OUT is made once all that it does not hold is there. */
 static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error *error)
 {
@@ -136,6 +145,7 @@ static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error 
     if (strcmp(c->output_tape, "on") == 0 &&
         fv_record_open(c, r->setup.session.stage, r->setup.plan.passes, a->out, error))
         return -1;
+    if (record_frames(r, a->out, error)) return -1;
     char path[FV_PATH_MAX + 16];
     snprintf(path, sizeof path, "%s/frames.csv", a->out);
     if (fv_frames_csv_open(&r->setup.session, path, error)) return -1;
@@ -158,6 +168,15 @@ static void fill_session(struct run *r)
     s->imu_rejected = counts.imu_rejected;
     s->imu_lost = counts.imu_lost;
     s->imu_reconnects = counts.imu_reconnects;
+    s->cameras = counts.camera.cameras;
+    s->camera_frames = counts.camera.frames;
+    s->camera_skipped = counts.camera.skipped;
+    s->camera_gaps = counts.camera.gaps;
+    s->camera_rejected = counts.camera.rejected;
+    s->camera_lost = counts.camera.lost;
+    s->camera_restarts = counts.camera.restarts;
+    s->camera_ms_mean = counts.camera.latency_ms_mean;
+    s->camera_ms_most = counts.camera.latency_ms_most;
     s->gaze_latency_ms_p50 = percentile(s, FV_COLUMN_GAZE_LATENCY, 50);
     s->heap_calls = fv_heap_calls();
     s->memory_syscalls = fv_heap_system_calls();
@@ -190,6 +209,7 @@ static void write_reports(struct run *r, const char *out)
     struct fv_error error;
     note(r, fv_display_close(r->display, &error), &error);
     note(r, fv_record_close(s->frames, out, &error), &error);
+    note(r, fv_sensors_record_end(r->setup.sensors, &error), &error);
     snprintf(path, sizeof path, "%s/report.json", out);
     note(r, fv_report_json(s, c, path, &error), &error);
     note(r, fv_frames_csv_close(&error), &error);

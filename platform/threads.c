@@ -176,12 +176,12 @@ void fv_workers_stop(struct fv_workers *w)
     w->count = 1;
 }
 
-int fv_thread_start(pthread_t *thread, const char *name, void *(*function)(void *), void *context,
-                    struct fv_error *error)
+int fv_thread_start(pthread_t *thread, const char *name, enum fv_urgency urgency, void *(*function)(void *),
+                    void *context, struct fv_error *error)
 {
     pthread_attr_t attributes;
     sigset_t all, before;
-    assert(device_count < FV_DEVICE_THREADS_MAX);
+    assert(urgency != FV_URGENT || device_count < FV_DEVICE_THREADS_MAX);
     sigfillset(&all);
     pthread_attr_init(&attributes);
     char *stack = fv_arena_take(fv_arena(), "device stacks", FV_DEVICE_STACK_BYTES, 4096);
@@ -193,7 +193,7 @@ int fv_thread_start(pthread_t *thread, const char *name, void *(*function)(void 
     pthread_attr_destroy(&attributes);
     if (failed) return fv_error_set(error, "thread %s: %s", name, strerror(failed));
     pthread_setname_np(*thread, name);
-    devices[device_count++] = *thread;
+    if (urgency == FV_URGENT) devices[device_count++] = *thread;
     return 0;
 }
 

@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { FV_WORKERS_MAX = 64, FV_DEVICE_THREADS_MAX = 8, FV_WORKER_STACK_BYTES = 2 << 20, FV_DEVICE_STACK_BYTES = 1 << 20 };
+enum { FV_WORKERS_MAX = 64, FV_DEVICE_THREADS_MAX = 8, FV_WORKER_STACK_BYTES = 2 << 20, FV_DEVICE_STACK_BYTES = 2 << 20 };
 
 typedef void fv_worker_function(void *context, int worker);
 typedef void fv_tile_function(void *context, int tile, int worker);
@@ -53,13 +53,17 @@ void fv_workers_run(struct fv_workers *workers, int tiles, fv_tile_function *fun
 /* Ends the threads (tests; the program itself just exits). */
 void fv_workers_stop(struct fv_workers *workers);
 
-/* Starts a thread that waits for a device, its stack taken from the arena ("device stacks"); no signal reaches it. An
- * ordinary one, whatever class the caller is of. name: at most 15 characters, as the system shows it. At most
- * FV_DEVICE_THREADS_MAX. Returns 0, or -1 with the error set. */
-int fv_thread_start(pthread_t *thread, const char *name, void *(*function)(void *), void *context,
-                    struct fv_error *error);
+/* A thread that waits for a device is urgent: where workers are real-time, it is one more (realtime.h). One that writes
+ * files can wait. */
+enum fv_urgency { FV_CAN_WAIT, FV_URGENT };
 
-/* Those that were started; returns their number. */
+/* Starts a thread beside the workers, its stack taken from the arena ("device stacks"); no signal reaches it. An
+ * ordinary one, whatever class the caller is of. name: at most 15 characters, as the system shows it. At most
+ * FV_DEVICE_THREADS_MAX urgent ones. Returns 0, or -1 with the error set. */
+int fv_thread_start(pthread_t *thread, const char *name, enum fv_urgency urgency, void *(*function)(void *),
+                    void *context, struct fv_error *error);
+
+/* The urgent ones that were started; returns their number. */
 int fv_device_threads(const pthread_t **threads);
 
 #endif

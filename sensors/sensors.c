@@ -4,6 +4,7 @@
 #include "sensors/sensors.h"
 
 #include "platform/arena.h"
+#include "sensors/eye/camera_source.h"
 #include "sensors/imu/usb.h"
 #include "sensors/motion.h"
 #include "sensors/predict.h"
@@ -25,6 +26,7 @@ struct fv_sensors {
     const struct imu_source *imu;
     struct fv_tape eye_tape, imu_tape;
     struct fv_imu_usb *imu_usb;
+    struct fv_camera_source *cameras;
     uint64_t eye_seed, imu_seed;
     double hold_s, noise_deg;
     const struct fv_head_predictor *predictor;
@@ -36,9 +38,9 @@ struct fv_sensors {
     int64_t gaze_latch_ns;      /* what time it was latched for */
 };
 
-/* sample: what is at a time; false: the source gives none. history: the samples that are known at a time,
- * oldest first, and that time on their clock; returns their number. ahead, of a device: what will be so long from now,
- * predicted by what it measures; the others are NULL. */
+/* sample: what is at a time; false: the source gives none; NULL: only what is known counts. history: the samples that
+ * are known at a time, oldest first, and that time on their clock; returns their number. ahead, of a device: what will be
+ * so long from now, predicted by what it measures; the others are NULL. */
 struct eye_source {
     const char *name;
     int (*open)(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error);
@@ -69,8 +71,26 @@ static int open_tape(struct fv_tape *tape, const char *dotted, const char *path,
     return fv_tape_read(tape, path, error);
 }
 
+static int open_cameras(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error)
+{
+    return fv_camera_source_open(&s->cameras, config, error);
+}
+
+static int eye_cameras_history(struct fv_sensors *s, int64_t t_ns, const struct fv_gaze_sample **history,
+                               int64_t *at_ns)
+{
+    return fv_camera_source_history(s->cameras, t_ns, history, at_ns);
+}
+
+static const struct eye_source eye_frames = {"tape", open_cameras, NULL, eye_cameras_history};
+
 static int open_eye_tape(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error)
 {
+    /* A folder of recorded frames. */
+    if (!config->eye_tape[0] && config->eye_device[0]) {
+        s->eye = &eye_frames;
+        return open_cameras(s, config, error);
+    }
     if (open_tape(&s->eye_tape, "eye.tape", config->eye_tape, error)) return -1;
     if (s->eye_tape.gazes == 0)
         return fv_config_error(error, "eye.tape", "%s holds head poses but no gaze", config->eye_tape);
@@ -174,6 +194,8 @@ static bool imu_usb(const struct fv_sensors *s, int64_t ahead_ns, struct fv_pose
 /* A source without a history is as it is at any time. */
 static const struct eye_source eye_sources[] = {{"sim", open_nothing, eye_sim, eye_sim_history},
                                                 {"tape", open_eye_tape, eye_tape, eye_tape_history},
+                                                {"v4l2", open_cameras, NULL, eye_cameras_history},
+                                                {"sim-camera", open_cameras, NULL, eye_cameras_history},
                                                 {"none", open_nothing, eye_none, NULL}};
 static const struct imu_source imu_sources[] = {{"sim", open_nothing, imu_sim, imu_sim_history, NULL},
                                                 {"tape", open_imu_tape, imu_tape, imu_tape_history, NULL},
@@ -258,12 +280,13 @@ static bool gaze_for(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, stru
 {
     const struct fv_gaze_sample *history;
     int64_t at_ns, age_ns;
-    bool late = now_ns < show_ns && s->eye->history;
+    bool late = (now_ns < show_ns || !s->eye->sample) && s->eye->history;
     if (!late) {
         bool any = s->eye->sample(s, show_ns, gaze);
         if (!(gaze->uncertainty_deg > 0)) gaze->uncertainty_deg = s->noise_deg;
         return any;
     }
+    if (now_ns > show_ns) now_ns = show_ns;
     int count = s->eye->history(s, now_ns, &history, &at_ns);
     *gaze = count > 0 ? history[count - 1] : (struct fv_gaze_sample){.t_ns = at_ns};
     age_ns = at_ns - gaze->t_ns;
@@ -301,6 +324,7 @@ void fv_sensors_latch(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, str
 struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *s)
 {
     struct fv_sensors_counts counts = s->counts;
+    if (s->cameras) fv_camera_source_counts(s->cameras, &counts.camera);
     if (!s->imu_usb) return counts;
     struct fv_imu_feed_counts of = fv_imu_usb_counts(s->imu_usb);
     counts.imu_rejected += of.rejected + of.foreign + of.too_long;
@@ -311,6 +335,7 @@ struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *s)
 
 void fv_sensors_close(struct fv_sensors *s)
 {
+    if (s->cameras) fv_camera_source_close(s->cameras);
     if (s->imu_usb) fv_imu_usb_close(s->imu_usb);
 }
 
@@ -322,4 +347,14 @@ const struct fv_tape *fv_sensors_eye_tape(const struct fv_sensors *s)
 const struct fv_tape *fv_sensors_imu_tape(const struct fv_sensors *s)
 {
     return s->imu_tape.heads > 0 ? &s->imu_tape : NULL;
+}
+
+int fv_sensors_record(struct fv_sensors *s, const char *folder, struct fv_error *error)
+{
+    return s->cameras ? fv_camera_source_record(s->cameras, folder, error) : 0;
+}
+
+int fv_sensors_record_end(struct fv_sensors *s, struct fv_error *error)
+{
+    return s->cameras ? fv_camera_source_record_end(s->cameras, error) : 0;
 }

@@ -43,6 +43,11 @@ struct fv_sensors; /* opaque, in the arena */
 struct fv_sensors_counts {
     int64_t gaze_samples, gaze_lost, imu_samples, imu_rejected;
     int64_t imu_lost, imu_reconnects;
+    struct fv_eye_camera_counts {
+        int cameras; /* real ones; 0: all else is 0 */
+        int64_t frames, skipped, gaps, rejected, lost, restarts; /* of all together; v4l2.h */
+        double latency_ms_mean, latency_ms_most;                 /* from a frame in memory to its gaze */
+    } camera;
 };
 
 /* Opens the sources that the settings name: eye.source and imu.source; tapes are read whole, into
@@ -73,6 +78,11 @@ void fv_sensors_latch(struct fv_sensors *sensors, int64_t now_ns, int64_t show_n
                       struct fv_gaze *gaze);
 
 struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *sensors);
+
+/* Records the eye cameras' frames into the folder, until the end; nothing where there are no cameras. 0, or -1 with the
+ * error set; at the end, with why the recording is not whole. */
+int fv_sensors_record(struct fv_sensors *sensors, const char *folder, struct fv_error *error);
+int fv_sensors_record_end(struct fv_sensors *sensors, struct fv_error *error);
 
 /* Gives devices back to the system; nothing is latched any more. */
 void fv_sensors_close(struct fv_sensors *sensors);

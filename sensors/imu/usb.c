@@ -54,7 +54,7 @@ int fv_imu_usb_open(struct fv_imu_usb **usb, const struct fv_config *c, struct f
     if (make_port(u, c, &port, error)) return -1;
     fv_imu_feed_begin(&u->feed, fv_usb_port_for(port, &u->feed), &fv_clock_monotonic);
     if (fv_imu_feed_search(&u->feed, error)) return -1;
-    if (fv_thread_start(&u->thread, "imu", run, u, error)) return -1;
+    if (fv_thread_start(&u->thread, "imu", FV_URGENT, run, u, error)) return -1;
     *usb = u;
     return 0;
 }

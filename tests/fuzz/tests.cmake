@@ -14,6 +14,8 @@ endfunction()
 
 fv_fuzz(tape sensors)
 fv_fuzz(imu sensors)
+fv_fuzz(calibration sensors)
+fv_fuzz(frames sensors)
 fv_fuzz(gltf rt)
 fv_fuzz(field rt)
 fv_fuzz(decisions cli)

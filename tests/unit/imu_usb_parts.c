@@ -248,7 +248,7 @@ static void letters(void **state)
     struct letter l = {.word = {7}};
     assert_false(fv_mailbox_get(&box, &l, sizeof l));
     assert_int_equal(l.word[0], 7);
-    assert_int_equal(fv_thread_start(&writer, "writer", write_letters, NULL, &error), 0);
+    assert_int_equal(fv_thread_start(&writer, "writer", FV_CAN_WAIT, write_letters, NULL, &error), 0);
     uint64_t last = 0;
     for (int i = 0; i < 200000; i++) {
         if (!fv_mailbox_get(&box, &l, sizeof l)) continue;

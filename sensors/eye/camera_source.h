@@ -1,0 +1,37 @@
+/* camera_source: the sources of gaze that are camera frames: of cameras (eye.source=v4l2), simulated ones
+ * (sim-camera), or recorded (tape, with the folder of the recording in eye.device): from settings to samples.
+ */
+#ifndef FV_SENSORS_CAMERA_SOURCE_H
+#define FV_SENSORS_CAMERA_SOURCE_H
+
+#include "config/config.h"
+#include "sensors/eye/frame_player.h"
+#include "sensors/eye/sim_camera.h"
+#include "sensors/eye/watch.h"
+#include "sensors/sensors.h"
+
+struct fv_camera_source; /* opaque, in the arena */
+
+/* Opens the cameras of the settings and starts to watch them, or makes simulated ones. 0, or -1 with the
+ * error set. */
+int fv_camera_source_open(struct fv_camera_source **source, const struct fv_config *config,
+                          struct fv_error *error);
+
+/* The samples known at t_ns (session time), oldest first, and that time on their clock: for real cameras,
+ * whose samples are of CLOCK_MONOTONIC, it is now, whatever t_ns is. Returns their number. */
+int fv_camera_source_history(struct fv_camera_source *source, int64_t t_ns,
+                             const struct fv_gaze_sample **history, int64_t *at_ns);
+
+/* Records the cameras' frames into the folder (frame_recorder.h), up to the end; nothing is done where they
+ * are no real cameras. 0, or -1 with the error set. The end tells also how many frames were dropped, by the
+ * log. */
+int fv_camera_source_record(struct fv_camera_source *source, const char *folder, struct fv_error *error);
+int fv_camera_source_record_end(struct fv_camera_source *source, struct fv_error *error);
+
+/* What the cameras have done so far; all 0 for simulated ones. */
+void fv_camera_source_counts(struct fv_camera_source *source, struct fv_eye_camera_counts *counts);
+
+/* Gives the cameras back; what they did can still be told, and a recording still be ended. */
+void fv_camera_source_close(struct fv_camera_source *source);
+
+#endif
