@@ -1,5 +1,4 @@
 # fv_fuzz(NAME PART): tests/fuzz/NAME.c over tests/fuzz/corpus/NAME.
-option(FV_FUZZER "Link the fuzz targets with libFuzzer (clang) for long runs" OFF)
 function(fv_fuzz name)
     if(FV_FUZZER)
         add_executable(fuzz_${name} ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/${name}.c)
