@@ -12,16 +12,23 @@ static const char *const eye_name[2] = {"Left eye", "Right eye"};
 enum { TARGET, FITTED, LEFT_OUT };
 static const char *const slot_name[] = {"target", "gaze by the fit", "gaze by a fit without that target"};
 
+/* The median as a number, mean and worst beside it. */
+static void write_off(struct fv_writer *out, const char *name, const struct fv_off *off)
+{
+    char more[128];
+    snprintf(more, sizeof more, "median; mean %s°, worst %s°", fv_shown_fixed(off->mean, 2).text,
+             fv_shown_fixed(off->worst, 2).text);
+    fv_fact(out, name, fv_shown_fixed(off->median, 2), "°", more);
+}
+
 static void write_facts(struct fv_writer *out, const struct fv_calibrated_eye *e)
 {
     char more[96];
     fv_writer_print(out, "<dl class=\"facts\">\n");
     snprintf(more, sizeof more, "of %d targets", e->targets);
     fv_fact(out, "Seen", fv_shown_fixed(e->seen, 0), "", more);
-    snprintf(more, sizeof more, "median; mean %.2f°, worst %.2f°", e->fit.mean, e->fit.worst);
-    fv_fact(out, "Off the targets", fv_shown_fixed(e->fit.median, 2), "°", more);
-    snprintf(more, sizeof more, "median; mean %.2f°, worst %.2f°", e->left_out.mean, e->left_out.worst);
-    fv_fact(out, "Left out in turn", fv_shown_fixed(e->left_out.median, 2), "°", more);
+    write_off(out, "Off the targets", &e->fit);
+    write_off(out, "Left out in turn", &e->left_out);
     snprintf(more, sizeof more, "condition number %.1f", e->map.pupil.condition);
     fv_fact(out, "Terms", fv_shown_fixed(e->map.pupil.terms, 0), "", more);
     fv_writer_print(out, "</dl>\n");
