@@ -33,6 +33,7 @@ struct fv_arguments {
     const char *decisions;   /* replay: file of what was decided (cli/decisions.h) ... */
     int64_t recorded;        /* ... for so many frames; 0: there is none */
     int64_t frames;          /* --frames, -1 where it is not given */
+    int points;              /* --points, 9 where it is not given */
     double ppd;              /* --ppd, pixels per degree, 67 where it is not given */
     double fov_deg;          /* --fov, across the picture, 0 where it is not given */
     double gaze_px[2];       /* --gaze, where has_gaze */
@@ -60,6 +61,7 @@ int fv_verb_run(const struct fv_arguments *arguments);
 int fv_verb_replay(const struct fv_arguments *arguments);
 int fv_verb_compare(const struct fv_arguments *arguments);
 int fv_verb_measure(const struct fv_arguments *arguments);
+int fv_verb_calibrate(const struct fv_arguments *arguments);
 int fv_verb_plan(const struct fv_arguments *arguments);
 int fv_verb_help(const struct fv_arguments *arguments);
 int fv_verb_version(const struct fv_arguments *arguments);

@@ -18,6 +18,8 @@ const struct fv_verb fv_verbs[] = {
      FV_OPERANDS_MAX,
      "measure [--method M] [--level L] [--seconds S] [--shard I/N] [--merge DIR...] | --table NAME [--part P] [--frames N]",
      "error against run time: sweeps methods and levels on a scene; or a paper's table measured again; in --out"},
+    {"calibrate", fv_verb_calibrate, "--config --set --out --points ", 0, "calibrate [--points 5|9|13]",
+     "shows targets, fits the gaze to the eye cameras' frames: calibration.csv for eye.calibration, report, in --out"},
     {"plan", fv_verb_plan, "--config --set --frames ", 0, "plan",
      "what this scene and method need, what is left out and why; no frame is run"},
     {"help", fv_verb_help, "", 1, "help [VERB|SECTION|KEY]", "this; the settings of a section; one setting"},
@@ -29,6 +31,7 @@ static int run_verb(int count, char **text)
 {
     struct fv_arguments arguments = {.out = "out",
                                      .frames = -1,
+                                     .points = 9,
                                      .ppd = 67,
                                      .measure = {.level = -1, .shards = 1}};
     const char *verb = count > 1 ? text[1] : "help";

@@ -44,6 +44,13 @@ static int read_frames(struct fv_arguments *a, const char *value)
     return 0;
 }
 
+static int read_points(struct fv_arguments *a, const char *value)
+{
+    for (a->points = 5; a->points <= 13; a->points += 4)
+        if (atoi(value) == a->points && strlen(value) == (a->points < 10 ? 1 : 2)) return 0;
+    return unusable("--points %s: must be 5, 9 or 13", value);
+}
+
 static bool read_number(double *out, const char *text, char closing, double least, double most,
                         const char **end)
 {
@@ -145,7 +152,7 @@ static const struct option {
     {"--frames", read_frames},   {"--ppd", read_ppd},       {"--gaze", read_gaze},
     {"--fov", read_fov},         {"--method", read_method}, {"--level", read_level},
     {"--seconds", read_seconds}, {"--shard", read_shard},   {"--merge", read_merge},
-    {"--table", read_table},     {"--part", read_part},
+    {"--table", read_table},     {"--part", read_part},     {"--points", read_points},
 };
 
 /* The option that `text` begins with, as far as the verb takes it; NULL otherwise. */

@@ -1,7 +1,6 @@
 /* calibration: see the header. */
 #include "sensors/eye/calibration.h"
 
-#include "platform/files.h"
 #include "sensors/eye/pupil.h"
 
 #include <math.h>
@@ -74,6 +73,20 @@ static int read_row(const struct reader *r, struct fv_gaze_target *t, struct fv_
             r->name, r->line, most_deg);
     f->glint_seen = isfinite(f->glint[0]) && isfinite(f->glint[1]);
     return left ? 0 : 1;
+}
+
+void fv_calibration_begin(struct fv_writer *writer, int width, int height)
+{
+    fv_writer_print(writer, "# foveola calibration 1, %dx%d\n%s\n", width, height, columns);
+}
+
+void fv_calibration_row(struct fv_writer *writer, int eye, const struct fv_gaze_target *t)
+{
+    const struct fv_gaze_feature *f = &t->feature;
+    fv_writer_print(writer, "%s,%.17g,%.17g,", eye ? "right" : "left", f->pupil[0], f->pupil[1]);
+    if (f->glint_seen) fv_writer_print(writer, "%.17g,%.17g,", f->glint[0], f->glint[1]);
+    else fv_writer_print(writer, "nan,nan,");
+    fv_writer_print(writer, "%.17g,%.17g,%.17g\n", t->direction_deg[0], t->direction_deg[1], t->weight);
 }
 
 static int fit(struct fv_calibration *c, const char *name, struct fv_gaze_target *target[2],

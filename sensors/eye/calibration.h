@@ -12,6 +12,7 @@
 #define FV_SENSORS_CALIBRATION_H
 
 #include "platform/error.h"
+#include "platform/files.h"
 #include "sensors/eye/gaze_map.h"
 
 #include <stddef.h>
@@ -26,6 +27,10 @@ struct fv_calibration {
  * ..." for a row that is none, or "name: ..." and why the map of an eye is refused. Before the seal only. */
 int fv_calibration_parse(struct fv_calibration *calibration, const char *name, const char *text, size_t size,
                          struct fv_error *error);
+
+/* Writing: the two lines of the head, then rows. Numbers read back to the same bits. */
+void fv_calibration_begin(struct fv_writer *writer, int width, int height);
+void fv_calibration_row(struct fv_writer *writer, int eye, const struct fv_gaze_target *target);
 
 int fv_calibration_read(struct fv_calibration *calibration, const char *path, struct fv_error *error);
 

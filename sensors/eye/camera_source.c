@@ -24,9 +24,8 @@ static void say(const char *line)
     fv_log("eye camera: %s", line);
 }
 
-/* What both kinds of cameras need to know of the eyes. */
-static int eye_settings(struct fv_eye_settings eye[2], const struct fv_config *config, int eyes,
-                        struct fv_error *error)
+int fv_camera_source_eyes(struct fv_eye_settings eye[2], const struct fv_config *config, int eyes,
+                          struct fv_error *error)
 {
     static const char *const name[2] = {"left", "right"};
     struct fv_calibration calibration = {0};
@@ -53,8 +52,8 @@ static int eye_settings(struct fv_eye_settings eye[2], const struct fv_config *c
     return 0;
 }
 
-static int set_camera(struct fv_camera_settings *camera, const struct fv_config *config, const char *key,
-                      const char *path)
+static void set_camera(struct fv_camera_settings *camera, const struct fv_config *config, const char *key,
+                       const char *path)
 {
     *camera = (struct fv_camera_settings){.key = key,
                                           .format = fv_camera_format_named(config->eye_format),
@@ -63,21 +62,27 @@ static int set_camera(struct fv_camera_settings *camera, const struct fv_config 
                                           .hz = config->eye_hz,
                                           .exposure_ns = (int64_t)(config->eye_exposure_ms * 1e6)};
     snprintf(camera->path, sizeof camera->path, "%s", path);
+}
+
+int fv_camera_source_settings(struct fv_watch_settings *settings, const struct fv_config *config,
+                              struct fv_error *error)
+{
+    if (!config->eye_device[0])
+        return fv_config_error(
+            error, "eye.device",
+            "no camera is named; must be a path such as /dev/v4l/by-id/..., as eye.source is v4l2");
+    *settings = (struct fv_watch_settings){.cameras = config->eye_device_right[0] ? 2 : 1,
+                                           .settle_s = config->eye_settle_ms * 1e-3};
+    if (fv_camera_source_eyes(settings->eye, config, settings->cameras, error)) return -1;
+    set_camera(&settings->camera[0], config, "eye.device", config->eye_device);
+    set_camera(&settings->camera[1], config, "eye.device_right", config->eye_device_right);
     return 0;
 }
 
 static int open_cameras(struct fv_camera_source *s, const struct fv_config *config, struct fv_error *error)
 {
     static struct fv_watch_settings settings;
-    if (!config->eye_device[0])
-        return fv_config_error(
-            error, "eye.device",
-            "no camera is named; must be a path such as /dev/v4l/by-id/..., as eye.source is v4l2");
-    settings = (struct fv_watch_settings){.cameras = config->eye_device_right[0] ? 2 : 1,
-                                          .settle_s = config->eye_settle_ms * 1e-3};
-    if (eye_settings(settings.eye, config, settings.cameras, error)) return -1;
-    set_camera(&settings.camera[0], config, "eye.device", config->eye_device);
-    set_camera(&settings.camera[1], config, "eye.device_right", config->eye_device_right);
+    if (fv_camera_source_settings(&settings, config, error)) return -1;
     if (!config->eye_calibration[0])
         fv_log("eye camera: eye.calibration is not set: gaze by eye.model, some %g degrees off",
                FV_EYE_MODEL_ERROR_DEG);
@@ -93,7 +98,7 @@ static int open_simulated(struct fv_camera_source *s, const struct fv_config *co
                                               .hz = config->eye_hz,
                                               .settle_s = config->eye_settle_ms * 1e-3};
     struct fv_error why;
-    if (eye_settings(settings.eye, config, 2, error)) return -1;
+    if (fv_camera_source_eyes(settings.eye, config, 2, error)) return -1;
     if (config->eye_calibration[0] &&
         (settings.eye[0].width != settings.width || settings.eye[0].height != settings.height))
         return fv_config_error(error, "eye.calibration",
@@ -112,7 +117,7 @@ static int open_recorded(struct fv_camera_source *s, const struct fv_config *con
     char right[FV_PATH_MAX];
     bool both = fv_path_join(right, config->eye_device, "right.frames") == 0 && fv_file_exists(right);
     memset(eye, 0, sizeof eye);
-    if (eye_settings(eye, config, both ? 2 : 1, error)) return -1;
+    if (fv_camera_source_eyes(eye, config, both ? 2 : 1, error)) return -1;
     s->recorded = true;
     if (fv_frame_player_open(&s->player, config->eye_device, eye, config->eye_settle_ms * 1e-3, &why))
         return fv_config_error(error, "eye.device", "%s", why.text);

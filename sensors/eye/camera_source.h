@@ -17,6 +17,13 @@ struct fv_camera_source; /* opaque, in the arena */
 int fv_camera_source_open(struct fv_camera_source **source, const struct fv_config *config,
                           struct fv_error *error);
 
+/* What the settings say of the eyes, and of real cameras; calibrations ask too. 0, or -1 with the error set.
+ */
+int fv_camera_source_eyes(struct fv_eye_settings eye[2], const struct fv_config *config, int eyes,
+                          struct fv_error *error);
+int fv_camera_source_settings(struct fv_watch_settings *settings, const struct fv_config *config,
+                              struct fv_error *error);
+
 /* The samples known at t_ns (session time), oldest first, and that time on their clock: for real cameras,
  * whose samples are of CLOCK_MONOTONIC, it is now, whatever t_ns is. Returns their number. */
 int fv_camera_source_history(struct fv_camera_source *source, int64_t t_ns,

@@ -138,6 +138,44 @@ bool fv_gaze_solve(double (*row)[FV_GAZE_TERMS + 2], int n, int terms, double x[
     return true;
 }
 
+double fv_gaze_condition(double (*row)[FV_GAZE_TERMS + 2], int terms)
+{
+    double column[FV_GAZE_TERMS][FV_GAZE_TERMS], least = INFINITY, most = 0;
+    for (int j = 0; j < terms; j++)
+        for (int i = 0; i < terms; i++) column[j][i] = i <= j ? row[i][j] : 0;
+    /* Columns are turned about each other until all are at right angles: their lengths are what is asked. */
+    enum { SWEEPS = 30 };
+    bool turned = true;
+    for (int sweep = 0; sweep < SWEEPS && turned; sweep++) {
+        turned = false;
+        for (int a = 0; a < terms - 1; a++)
+            for (int b = a + 1; b < terms; b++) {
+                double aa = 0, bb = 0, ab = 0;
+                for (int i = 0; i < terms; i++) {
+                    aa += column[a][i] * column[a][i];
+                    bb += column[b][i] * column[b][i];
+                    ab += column[a][i] * column[b][i];
+                }
+                if (!(fabs(ab) > 1e-14 * sqrt(aa * bb))) continue;
+                double zeta = (bb - aa) / (2 * ab), t = copysign(1, zeta) / (fabs(zeta) + hypot(1, zeta)),
+                       cosine = 1 / hypot(1, t), sine = cosine * t;
+                for (int i = 0; i < terms; i++) {
+                    double x = column[a][i], y = column[b][i];
+                    column[a][i] = cosine * x - sine * y;
+                    column[b][i] = sine * x + cosine * y;
+                }
+                turned = true;
+            }
+    }
+    for (int j = 0; j < terms; j++) {
+        double square = 0;
+        for (int i = 0; i < terms; i++) square += column[j][i] * column[j][i];
+        least = fmin(least, sqrt(square));
+        most = fmax(most, sqrt(square));
+    }
+    return least > 0 ? most / least : INFINITY;
+}
+
 /* Rows of the triangle that is kept while samples are added, those added at once, and those of the ridge. */
 enum { CHUNK = 64, ROWS = FV_GAZE_TERMS + CHUNK };
 
@@ -173,7 +211,9 @@ static bool fit(const struct fv_gaze_target *target, int n, bool difference, str
         memset(row[rows], 0, sizeof row[rows]);
         row[rows++][j] = sqrt(ridge * used);
     }
-    return fv_gaze_solve(row, rows, terms, p->coefficient);
+    if (!fv_gaze_solve(row, rows, terms, p->coefficient)) return false;
+    p->condition = fv_gaze_condition(row, terms);
+    return true;
 }
 
 static void value_at(const struct fv_gaze_polynomial *p, double x, double y, double out[2])
@@ -211,8 +251,8 @@ static void judge(const struct fv_gaze_target *target, int n, bool difference, s
     p->error_deg = sqrt(sum / weights);
 }
 
-/* One of the two polynomials. */
-static enum fv_gaze_refusal calibrate(const struct fv_gaze_target *target, int n, bool difference,
+/* One of the two polynomials, of at least so many places. */
+static enum fv_gaze_refusal calibrate(const struct fv_gaze_target *target, int n, bool difference, int least,
                                       struct fv_gaze_polynomial *p)
 {
     memset(p, 0, sizeof *p);
@@ -222,7 +262,7 @@ static enum fv_gaze_refusal calibrate(const struct fv_gaze_target *target, int n
     if (places == 0) return FV_GAZE_FEW;
     if (!(targets.along >= target_least_deg)) return FV_GAZE_TARGETS_EQUAL;
     if (!(targets.across >= line_share * targets.along)) return FV_GAZE_TARGETS_COLLINEAR;
-    if (places < 5) return FV_GAZE_FEW;
+    if (places < least) return FV_GAZE_FEW;
     if (!(features.along >= feature_least_px)) return FV_GAZE_PUPIL_STILL;
     if (!(features.across >= line_share * features.along)) return FV_GAZE_PUPIL_COLLINEAR;
     p->terms = places < 6 ? 4 : places < 12 ? 6 : FV_GAZE_TERMS;
@@ -238,7 +278,8 @@ static enum fv_gaze_refusal calibrate(const struct fv_gaze_target *target, int n
     return FV_GAZE_UNRELATED;
 }
 
-enum fv_gaze_refusal fv_gaze_calibrate(const struct fv_gaze_target *target, int n, struct fv_gaze_map *map)
+static enum fv_gaze_refusal calibrate_both(const struct fv_gaze_target *target, int n, int least,
+                                           struct fv_gaze_map *map)
 {
     int used = 0, with_glint = 0;
     memset(map, 0, sizeof *map);
@@ -247,12 +288,23 @@ enum fv_gaze_refusal fv_gaze_calibrate(const struct fv_gaze_target *target, int 
         used += takes_part(&target[i], false);
         with_glint += takes_part(&target[i], true);
     }
-    if (used < 5) return FV_GAZE_FEW;
-    enum fv_gaze_refusal refusal = calibrate(target, n, false, &map->pupil);
+    if (used < least) return FV_GAZE_FEW;
+    enum fv_gaze_refusal refusal = calibrate(target, n, false, least, &map->pupil);
     if (refusal != FV_GAZE_CALIBRATED) return refusal;
     /* Where the difference says nothing, the pupil alone has to do. */
-    if (with_glint >= glint_share * used) calibrate(target, n, true, &map->difference);
+    if (with_glint >= glint_share * used) calibrate(target, n, true, least, &map->difference);
     return FV_GAZE_CALIBRATED;
+}
+
+enum fv_gaze_refusal fv_gaze_calibrate(const struct fv_gaze_target *target, int n, struct fv_gaze_map *map)
+{
+    return calibrate_both(target, n, 5, map);
+}
+
+enum fv_gaze_refusal fv_gaze_calibrate_rest(const struct fv_gaze_target *target, int n,
+                                            struct fv_gaze_map *map)
+{
+    return calibrate_both(target, n, 4, map);
 }
 
 bool fv_gaze_map_at(const struct fv_gaze_map *map, const struct fv_gaze_feature *feature,

@@ -35,6 +35,7 @@ struct fv_gaze_polynomial {
     double reach[2][2];      /* least and most of x and of y seen; beyond, the map goes on straight */
     double coefficient[2][FV_GAZE_TERMS];
     double error_deg; /* root mean square over the calibration's samples */
+    double condition; /* of the system that was solved, ridge and all: largest over least singular value */
 };
 
 struct fv_gaze_map {
@@ -58,6 +59,15 @@ extern const char *const fv_gaze_refusal_text[FV_GAZE_REFUSALS];
 
 /* Fits the map. Samples that are not finite count as left out. On a refusal the map is empty. */
 enum fv_gaze_refusal fv_gaze_calibrate(const struct fv_gaze_target *target, int n, struct fv_gaze_map *map);
+
+/* The same for judging a calibration by what is left when a target's samples are given weight 0: 4 places
+ * will do. */
+enum fv_gaze_refusal fv_gaze_calibrate_rest(const struct fv_gaze_target *target, int n,
+                                            struct fv_gaze_map *map);
+
+/* Largest over least singular value of the upper triangle of terms x terms, by Jacobi's rotations of its
+ * columns (one-sided; Hestenes 1958); infinite where the least is 0. Exposed for its test. */
+double fv_gaze_condition(double (*row)[FV_GAZE_TERMS + 2], int terms);
 
 /* The gaze of a feature, degrees right and up, and its error as known from the calibration, which grows with
  * the distance from where it looked. False where the map is empty or the feature not finite. */

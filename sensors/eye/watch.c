@@ -106,6 +106,7 @@ void fv_watch_round(struct fv_watch *w, int64_t timeout_ns)
         fv_eye_tracker_frame(&w->tracker[i], &frame.grey, frame.t_ns, &look[i]);
         struct fv_frame_recorder *recorder = atomic_load_explicit(&w->recorder, memory_order_acquire);
         if (recorder) fv_frame_recorder_put(recorder, i, frame.t_ns, &frame.grey);
+        if (w->looked) w->looked(w->looked_context, i, &look[i]);
         any[i] = true;
         if (frame.arrived_ns < arrived_ns) arrived_ns = frame.arrived_ns;
     }

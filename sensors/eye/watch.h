@@ -54,6 +54,9 @@ struct fv_watch {
     struct fv_frame_recorder *_Atomic recorder; /* NULL: frames are not recorded */
     struct fv_mailbox mailbox, tally;
     void (*say)(const char *line); /* changes of state */
+    /* Each look before it is combined, for calibrations; NULL: nobody asks. Set before the first round. */
+    void (*looked)(void *context, int camera, const struct fv_eye_look *look);
+    void *looked_context;
     atomic_bool stop;
     bool running;
     pthread_t thread;

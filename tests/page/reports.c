@@ -1,6 +1,7 @@
 /* reports: the report pages of `run` and `measure` in headless Chromium, at 1280 and at 400 pixels: plots
  * have their curves, nothing overlaps or sticks out, images are loaded, the console is quiet. Skipped with
  * a notice where there is no Chromium. */
+#include "cli/calibrate.h"
 #include "cli/measure_table.h"
 #include "cli/report.h"
 #include "rt/measure/picture.h"
@@ -295,6 +296,38 @@ static void adaptation_is_readable(void **unused)
     assert_fine("adapted.html", 10, 0);
 }
 
+/* A calibration of two eyes: 13 targets, one missed, and 5 that could not be judged one by one. */
+static void calibration_is_readable(void **unused)
+{
+    static struct fv_calibrated calibrated = {.eyes = 2};
+    (void)unused;
+    if (!browser_is_there()) skip();
+    for (int eye = 0; eye < 2; eye++) {
+        struct fv_calibrated_eye *e = &calibrated.eye[eye];
+        e->targets = e->seen = eye ? 5 : 13;
+        e->fit = (struct fv_off){0.31, 0.27, 1.2};
+        e->left_out = eye ? (struct fv_off){NAN, NAN, NAN} : (struct fv_off){0.9, 0.8, 2.9};
+        e->map.pupil = (struct fv_gaze_polynomial){.terms = eye ? 4 : 8, .condition = 12.3};
+        for (int i = 0; i < e->targets; i++) {
+            struct fv_calibrated_target *t = &e->target[i];
+            *t = (struct fv_calibrated_target){{9.0 * (i % 5 - 2), 6.0 * (i / 5 - 1)}, 1 + i % 3, 0, 64, 0.21};
+            for (int k = 0; k < 2; k++) {
+                t->gaze_deg[k] = t->at_deg[k] + 0.1 * (i % 3);
+                t->left_out_deg[k] = eye ? (double)NAN : t->at_deg[k] - 0.3 * (i % 4);
+            }
+            t->off_deg = 0.14 * (i % 3);
+            t->left_out_off_deg = eye ? (double)NAN : 0.42 * (i % 4);
+        }
+        struct fv_calibrated_target *missed = &e->target[3];
+        if (eye == 1) continue;
+        missed->frames = 0;
+        missed->gaze_deg[0] = missed->left_out_deg[1] = missed->off_deg = missed->left_out_off_deg = NAN;
+    }
+    assert_int_equal(fv_calibrated_page(&calibrated, "13 targets, frames of 640x400 from v4l2",
+                                        path_of("calibration.html"), &error), 0);
+    assert_fine("calibration.html", 2, 0);
+}
+
 /* The check itself finds what it looks for. */
 static void faults_are_found(void **unused)
 {
@@ -329,7 +362,7 @@ int main(void)
         cmocka_unit_test(faults_are_found),          cmocka_unit_test(run_is_readable),
         cmocka_unit_test(adaptation_is_readable),    cmocka_unit_test(measure_is_readable),
         cmocka_unit_test(strange_rows_are_readable), cmocka_unit_test(table_is_readable),
-        cmocka_unit_test(fields_are_readable),
+        cmocka_unit_test(fields_are_readable),       cmocka_unit_test(calibration_is_readable),
         cmocka_unit_test(selective_is_readable),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);
