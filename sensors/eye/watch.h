@@ -54,7 +54,7 @@ struct fv_watch {
     struct fv_frame_recorder *_Atomic recorder; /* NULL: frames are not recorded */
     struct fv_mailbox mailbox, tally;
     void (*say)(const char *line); /* changes of state */
-    atomic_bool stop;
+    atomic_bool stop, done;
     bool running;
     pthread_t thread;
 };
