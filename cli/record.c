@@ -14,7 +14,14 @@ static const char *const names[FV_RECORD_FILES] = {
     [HEAD] = "head.csv", [GAZE] = "gaze.csv", [DECISIONS] = "decisions.csv"};
 static struct fv_writer file[FV_RECORD_FILES];
 static int stages;
-static bool opened, recording;
+static bool opened;
+
+/* What waits to be written. */
+enum { LATCHED, DECIDED, SPOOLS };
+static struct fv_spool spool[SPOOLS];
+static struct fv_record_latched latched[FV_RECORD_ROWS];
+static struct fv_decision decided[FV_RECORD_ROWS];
+static atomic_int failed; /* the first failure ends the whole recording, not the run */
 
 static int write_settings(const struct fv_config *config, const char *folder, struct fv_error *error)
 {
@@ -56,8 +63,24 @@ static void remove_old(const char *folder, const char *name)
     if (fv_path_join(path, folder, name) == 0) unlink(path);
 }
 
+static int write_latched(void *context, const void *row)
+{
+    const struct fv_record_latched *l = row;
+    (void)context;
+    fv_tape_write_head(&file[HEAD], &l->head);
+    fv_tape_write_gaze(&file[GAZE], &l->gaze);
+    return file[HEAD].failed ? file[HEAD].failed : file[GAZE].failed;
+}
+
+static int write_decided(void *context, const void *row)
+{
+    (void)context;
+    fv_decisions_write(&file[DECISIONS], row, stages);
+    return file[DECISIONS].failed;
+}
+
 int fv_record_open(const struct fv_config *config, const char *const *stage, int count, const char *out,
-                   struct fv_error *error)
+                   struct fv_spooler *spooler, struct fv_error *error)
 {
     char folder[FV_PATH_MAX];
     if (fv_path_join(folder, out, "tape")) return fv_error_set(error, "%s: path too long", out);
@@ -73,36 +96,25 @@ int fv_record_open(const struct fv_config *config, const char *const *stage, int
     fv_tape_begin_head(&file[HEAD]);
     fv_tape_begin_gaze(&file[GAZE]);
     fv_decisions_begin(&file[DECISIONS], stage, stages = count);
-    recording = opened = true;
+    fv_spool_begin(&spool[LATCHED], "tape", latched, FV_RECORD_ROWS, sizeof latched[0], write_latched, NULL, &failed);
+    fv_spool_begin(&spool[DECIDED], "tape", decided, FV_RECORD_ROWS, sizeof decided[0], write_decided, NULL, &failed);
+    for (int i = 0; i < SPOOLS; i++) fv_spooler_add(spooler, &spool[i]);
+    opened = true;
     return 0;
-}
-
-/* The first failure ends the recording, not the run. */
-static void look_for_failure(void)
-{
-    for (int i = 0; i < FV_RECORD_FILES && recording; i++) {
-        if (!file[i].failed) continue;
-        recording = false;
-        fv_log("tape: %s: recording ends here, the run goes on", strerror(file[i].failed));
-    }
 }
 
 void fv_record_latch(int64_t t_ns, const struct fv_pose *head, const struct fv_gaze *gaze)
 {
-    if (!recording) return;
-    struct fv_head_sample h = {.t_ns = t_ns, .pose = *head};
-    struct fv_gaze_sample g = {.t_ns = t_ns, .valid = !gaze->held, .uncertainty_deg = gaze->uncertainty_deg};
-    memcpy(g.direction, gaze->direction, sizeof g.direction);
-    fv_tape_write_head(&file[HEAD], &h);
-    fv_tape_write_gaze(&file[GAZE], &g);
-    look_for_failure();
+    struct fv_record_latched row = {
+        .head = {.t_ns = t_ns, .pose = *head},
+        .gaze = {.t_ns = t_ns, .valid = !gaze->held, .uncertainty_deg = gaze->uncertainty_deg}};
+    memcpy(row.gaze.direction, gaze->direction, sizeof row.gaze.direction);
+    fv_spool_put(&spool[LATCHED], &row);
 }
 
 void fv_record_decision(const struct fv_decision *decision)
 {
-    if (!recording) return;
-    fv_decisions_write(&file[DECISIONS], decision, stages);
-    look_for_failure();
+    fv_spool_put(&spool[DECIDED], decision);
 }
 
 /* A file that could not be written whole keeps what fitted: a tape may end anywhere. */
@@ -118,13 +130,21 @@ int fv_record_close(int64_t frames, const char *out, struct fv_error *error)
     static struct fv_writer count;
     char path[FV_PATH_MAX];
     if (!opened) return 0;
-    opened = recording = false;
+    opened = false;
     int cut = 0;
+    int64_t dropped = 0;
+    for (int i = 0; i < SPOOLS; i++) dropped += fv_spool_counts(&spool[i]).dropped;
     for (int i = 0; i < FV_RECORD_FILES; i++) cut |= close_one(&file[i], error);
     if (cut)
         return fv_error_set(error, "%s/tape: the recording is not whole: it can be used as a tape, not replayed", out);
     if (fv_path_join(path, out, "tape/frames")) return fv_error_set(error, "%s: path too long", out);
     if (fv_writer_open(&count, path, error)) return -1;
     fv_writer_print(&count, "%lld\n", (long long)frames);
-    return fv_writer_close(&count, error);
+    if (dropped > 0) fv_writer_print(&count, "dropped %lld\n", (long long)dropped);
+    if (fv_writer_close(&count, error)) return -1;
+    return dropped > 0 ? fv_error_set(error,
+                                      "%s/tape: %lld rows were dropped, as the disk did not keep up: it can be used as a "
+                                      "tape, not replayed",
+                                      out, (long long)dropped)
+                       : 0;
 }

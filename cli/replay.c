@@ -14,12 +14,21 @@ static int64_t recorded_frames(const char *folder, struct fv_error *error)
 {
     char path[FV_PATH_MAX], *text;
     size_t size;
+    if (fv_path_join(path, folder, "tape/settings.ini") == 0 && fv_file_exists(path) &&
+        fv_path_join(path, folder, "tape/frames") == 0 && !fv_file_exists(path))
+        return fv_error_set(error, "%s: not there: the recording was cut off, or goes on; its head.csv and gaze.csv are "
+                            "tapes", path);
     if (fv_path_join(path, folder, "tape/frames")) return fv_error_set(error, "%s: path too long", folder);
     if (fv_file_read(path, 64, &text, &size, error)) return -1;
     char *end;
-    long long frames = strtoll(text, &end, 10);
-    bool good = end != text && end[strspn(end, " \n")] == 0 && frames >= 1;
+    long long frames = strtoll(text, &end, 10), dropped = 0;
+    end += strspn(end, " \n");
+    bool whole = sscanf(end, "dropped %lld", &dropped) != 1;
+    bool good = end != text && (!whole || *end == 0) && frames >= 1;
     free(text);
+    if (good && !whole)
+        return fv_error_set(error, "%s: %lld rows were dropped while it was recorded: no replay of it can be exact; "
+                            "its head.csv and gaze.csv are tapes", path, dropped);
     return good ? frames : fv_error_set(error, "%s: not a number of frames", path);
 }
 

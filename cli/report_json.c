@@ -236,6 +236,10 @@ static void write_sensors(const struct fv_session *s)
     integer(",", "lost", s->imu_lost);
     integer(",", "reconnects", s->imu_reconnects);
     fv_writer_print(&out, "}");
+    key(",\n", "tape");
+    integer("{", "rows", s->tape_rows);
+    integer(",", "dropped", s->tape_dropped);
+    fv_writer_print(&out, "}");
 }
 
 int fv_report_json(const struct fv_session *s, const struct fv_config *config, const char *path,

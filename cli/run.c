@@ -10,6 +10,7 @@
 #include "display/display.h"
 #include "platform/heap.h"
 #include "platform/log.h"
+#include "platform/spool.h"
 #include "sensors/sensors.h"
 
 #include <math.h>
@@ -27,8 +28,13 @@ struct run {
     int64_t decided;                    /* ... so many frames */
     int64_t shown_ns;                   /* when the progress line was last written */
     float gaze_latency_ms;              /* of the newest latch */
+    struct fv_spooler spooler;          /* writes what is recorded while the loop runs */
+    struct fv_spool frames_csv;
     int exit_code;
 };
+
+enum { FRAMES_CSV_ROWS = 1024 /* that may wait for the disk */ };
+static struct fv_frame_record frames_csv_rows[FRAMES_CSV_ROWS];
 
 static volatile sig_atomic_t stopped;
 
@@ -90,7 +96,7 @@ static bool after(void *context, const struct fv_session *s, const struct fv_fra
     struct fv_frame_record whole = *record;
     whole.gaze_latency_ms = r->gaze_latency_ms;
     if (s->frames <= s->capacity) s->record[s->frames - 1] = whole;
-    fv_frames_csv_row(s, &whole);
+    fv_spool_put(&r->frames_csv, &whole);
     if (now_ns - r->shown_ns > 100000000) {
         r->shown_ns = now_ns;
         fv_progress_line(s, &whole, r->frames);
@@ -131,6 +137,24 @@ static int record_frames(struct run *r, const char *out, struct fv_error *error)
     return fv_folder_make(folder, error) || fv_sensors_record(r->setup.sensors, folder, error) ? -1 : 0;
 }
 
+static int write_frames_csv(void *context, const void *row)
+{
+    const struct run *r = context;
+    fv_frames_csv_row(&r->setup.session, row); /* says its failures itself */
+    return 0;
+}
+
+static int open_frames_csv(struct run *r, const char *out, struct fv_error *error)
+{
+    char path[FV_PATH_MAX + 16];
+    snprintf(path, sizeof path, "%s/frames.csv", out);
+    if (fv_frames_csv_open(&r->setup.session, path, error)) return -1;
+    fv_spool_begin(&r->frames_csv, "frames.csv", frames_csv_rows, FRAMES_CSV_ROWS, sizeof frames_csv_rows[0],
+                   write_frames_csv, r, NULL);
+    fv_spooler_add(&r->spooler, &r->frames_csv);
+    return 0;
+}
+
 /* All that a run needs before the first frame; OUT is made once all that it does not hold is there. */
 static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error *error)
 {
@@ -143,12 +167,10 @@ static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error 
     heed_signals();
     if (fv_folder_make(a->out, error)) return -1;
     if (strcmp(c->output_tape, "on") == 0 &&
-        fv_record_open(c, r->setup.session.stage, r->setup.plan.passes, a->out, error))
+        fv_record_open(c, r->setup.session.stage, r->setup.plan.passes, a->out, &r->spooler, error))
         return -1;
     if (record_frames(r, a->out, error)) return -1;
-    char path[FV_PATH_MAX + 16];
-    snprintf(path, sizeof path, "%s/frames.csv", a->out);
-    if (fv_frames_csv_open(&r->setup.session, path, error)) return -1;
+    if (open_frames_csv(r, a->out, error) || fv_spooler_start(&r->spooler, error)) return -1;
     fv_setup_realtime(&r->setup, true);
     return 0;
 }
@@ -178,6 +200,11 @@ static void fill_session(struct run *r)
     s->camera_ms_mean = counts.camera.latency_ms_mean;
     s->camera_ms_most = counts.camera.latency_ms_most;
     s->gaze_latency_ms_p50 = percentile(s, FV_COLUMN_GAZE_LATENCY, 50);
+    struct fv_spool_counts written = fv_spooler_counts(&r->spooler), frames = fv_spool_counts(&r->frames_csv);
+    s->tape_rows = written.rows - frames.rows;
+    s->tape_dropped = written.dropped - frames.dropped;
+    if (frames.dropped > 0)
+        fv_log("frames.csv: %lld rows are missing, as the disk did not keep up", (long long)frames.dropped);
     s->heap_calls = fv_heap_calls();
     s->memory_syscalls = fv_heap_system_calls();
 }
@@ -233,6 +260,7 @@ int fv_verb_run(const struct fv_arguments *a)
     fv_heap_seal(strcmp(r.setup.config.threads_sealed_heap, "fatal") == 0);
     fv_loop_run(&r.setup.loop, &io, r.frames);
     fv_sensors_close(r.setup.sensors);
+    fv_spooler_stop(&r.spooler);
     fill_session(&r);
     write_reports(&r, a->out);
     fv_progress_close(&r.setup.session, &r.setup.config,

@@ -67,8 +67,9 @@ static void plan_the_rest(struct fv_setup *s)
                 "the newest samples, and tapes where sources are tapes");
     fv_plan_add(p, "memory", "usb", strcmp(s->config.imu_source, "usb") == 0, (int64_t)fv_arena_bytes(arena, "usb"),
                 "the inertial sensor's transfers, and what libusb takes");
-    fv_plan_add(p, "memory", "device stacks", strcmp(s->config.imu_source, "usb") == 0,
-                (int64_t)fv_arena_bytes(arena, "device stacks"), "a thread for each device");
+    fv_plan_add(p, "memory", "device stacks", true,
+                (int64_t)fv_arena_bytes(arena, "device stacks") + FV_DEVICE_STACK_BYTES,
+                "a thread for each device, and one that writes what is recorded");
     fv_plan_add(p, "memory", "worker stacks", s->workers.count > 1,
                 (int64_t)fv_arena_bytes(arena, "worker stacks"),
                 "the first worker runs on the program's own");

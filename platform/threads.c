@@ -12,6 +12,7 @@
 #include <signal.h>
 #include <string.h>
 #include <sys/syscall.h>
+#include <time.h>
 #include <unistd.h>
 #ifdef __SSE2__
 #include <xmmintrin.h>
@@ -186,7 +187,7 @@ int fv_thread_start(pthread_t *thread, const char *name, enum fv_urgency urgency
     pthread_attr_init(&attributes);
     char *stack = fv_arena_take(fv_arena(), "device stacks", FV_DEVICE_STACK_BYTES, 4096);
     pthread_attr_setstack(&attributes, stack, FV_DEVICE_STACK_BYTES);
-    pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
+    if (sched_getscheduler(0) != SCHED_OTHER) pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
     pthread_sigmask(SIG_SETMASK, &all, &before);
     int failed = pthread_create(thread, &attributes, function, context);
     pthread_sigmask(SIG_SETMASK, &before, NULL);
@@ -195,6 +196,19 @@ int fv_thread_start(pthread_t *thread, const char *name, enum fv_urgency urgency
     pthread_setname_np(*thread, name);
     if (urgency == FV_URGENT) devices[device_count++] = *thread;
     return 0;
+}
+
+void *fv_thread_rest(atomic_bool *done)
+{
+    atomic_store_explicit(done, true, memory_order_release);
+    for (;;) pause();
+}
+
+bool fv_thread_await(const atomic_bool *done, int64_t most_ns)
+{
+    const struct timespec nap = {.tv_nsec = 1000000};
+    for (; most_ns > 0 && !atomic_load_explicit(done, memory_order_acquire); most_ns -= nap.tv_nsec) nanosleep(&nap, NULL);
+    return atomic_load_explicit(done, memory_order_acquire);
 }
 
 int fv_device_threads(const pthread_t **threads)

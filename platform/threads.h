@@ -63,6 +63,13 @@ enum fv_urgency { FV_CAN_WAIT, FV_URGENT };
 int fv_thread_start(pthread_t *thread, const char *name, enum fv_urgency urgency, void *(*function)(void *),
                     void *context, struct fv_error *error);
 
+/* For the last line of such a thread's function: tells that it is done, and sleeps for good. The end of a thread gives
+ * memory back, which the sealed heap takes for a fault. */
+void *fv_thread_rest(atomic_bool *done);
+
+/* Waits for that, for at most so long; false: in vain. */
+bool fv_thread_await(const atomic_bool *done, int64_t most_ns);
+
 /* The urgent ones that were started; returns their number. */
 int fv_device_threads(const pthread_t **threads);
 

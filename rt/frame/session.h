@@ -72,6 +72,7 @@ struct fv_session {
     int cameras; /* of the eyes; 0: no camera is the source of gaze, and all of them below are 0 */
     int64_t camera_frames, camera_skipped, camera_gaps, camera_rejected, camera_lost, camera_restarts;
     double camera_ms_mean, camera_ms_most; /* from a frame in memory to its gaze */
+    int64_t tape_rows, tape_dropped; /* recorded, and not: the disk was slow or failed */
     int64_t heap_calls, memory_syscalls;
     /* Rows of the plan: what was kept or left out, with the reason and bytes. */
     int plan_rows;

@@ -29,7 +29,7 @@ static void *recorder_thread(void *argument)
     while (atomic_load_explicit(&r->written, memory_order_relaxed) !=
            atomic_load_explicit(&r->put, memory_order_acquire))
         write_one(r);
-    return NULL;
+    return fv_thread_rest(&r->done);
 }
 
 int fv_frame_recorder_open(struct fv_frame_recorder **recorder, const char *folder, int eyes,
@@ -84,7 +84,7 @@ int fv_frame_recorder_close(struct fv_frame_recorder *r, struct fv_error *error)
     int failed = 0;
     atomic_store_explicit(&r->stop, true, memory_order_release);
     sem_post(&r->waiting);
-    if (r->running) pthread_join(r->thread, NULL);
+    if (r->running) fv_thread_await(&r->done, INT64_MAX);
     r->running = false;
     for (int eye = 0; eye < r->eyes; eye++) {
         struct fv_error why;

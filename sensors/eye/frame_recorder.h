@@ -25,7 +25,7 @@ struct fv_frame_recorder {
     } slot[FV_RECORDER_SLOTS];
     atomic_uint put, written; /* frames, so far; one thread each */
     atomic_llong dropped;
-    atomic_bool stop;
+    atomic_bool stop, done;
     sem_t waiting;
     pthread_t thread;
     bool running;

@@ -121,7 +121,7 @@ static void *watch_thread(void *argument)
 {
     struct fv_watch *w = argument;
     while (!atomic_load_explicit(&w->stop, memory_order_relaxed)) fv_watch_round(w, longest_ns);
-    return NULL;
+    return fv_thread_rest(&w->done);
 }
 
 int fv_watch_start(struct fv_watch *w, struct fv_error *error)
@@ -134,7 +134,7 @@ int fv_watch_start(struct fv_watch *w, struct fv_error *error)
 void fv_watch_stop(struct fv_watch *w)
 {
     atomic_store(&w->stop, true);
-    if (w->running) pthread_join(w->thread, NULL);
+    if (w->running) fv_thread_await(&w->done, INT64_MAX);
     w->running = false;
     for (int i = 0; i < w->cameras; i++) fv_camera_close(&w->camera[i]);
 }

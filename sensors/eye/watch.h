@@ -57,7 +57,7 @@ struct fv_watch {
     /* Each look before it is combined, for calibrations; NULL: nobody asks. Set before the first round. */
     void (*looked)(void *context, int camera, const struct fv_eye_look *look);
     void *looked_context;
-    atomic_bool stop;
+    atomic_bool stop, done;
     bool running;
     pthread_t thread;
 };
