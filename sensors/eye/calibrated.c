@@ -99,28 +99,45 @@ static void leave_out(struct fv_calibrated_eye *e, struct fv_calibrated_target *
     }
     enum fv_gaze_refusal refusal = fv_gaze_calibrate_rest(e->row, e->rows, &map);
     for (int i = 0; i < t->frames; i++) e->row[t->first + i].weight = weight[i];
-    if (refusal == FV_GAZE_CALIBRATED) t->left_out_off_deg = mean_gaze(e, t, &map, t->left_out_deg);
+    if (refusal != FV_GAZE_CALIBRATED) return;
+    t->left_out_off_deg = mean_gaze(e, t, &map, t->left_out_deg);
+    t->rest_error_deg = map.difference.terms > 0 ? map.difference.error_deg : map.pupil.error_deg;
+}
+
+/* The target without which the others agree best. Where each fit without one goes through all others
+ * exactly, none can be told. */
+static const struct fv_calibrated_target *odd_one(const struct fv_calibrated_eye *e)
+{
+    const struct fv_calibrated_target *odd = NULL;
+    if (e->seen <= e->map.pupil.terms + 1) return NULL;
+    for (int i = 0; i < e->targets; i++)
+        if (isfinite(e->target[i].rest_error_deg) &&
+            (!odd || e->target[i].rest_error_deg < odd->rest_error_deg))
+            odd = &e->target[i];
+    return odd;
 }
 
 /* Whether what was left out in turn lies where the others would have it. */
 static int judge(const struct fv_calibrated_eye *e, const char *name, struct fv_error *error)
 {
-    const struct fv_calibrated_target *worst = &e->target[0];
-    for (int i = 1; i < e->targets; i++)
-        if (!(e->target[i].left_out_off_deg <= worst->left_out_off_deg) &&
-            isfinite(e->target[i].left_out_off_deg))
-            worst = &e->target[i];
-    if (e->left_out.median > useless_deg)
-        return fv_error_set(error,
-                            "%s eye: targets left out in turn are %.1f degrees off (median), no better than "
-                            "without a calibration; calibrate again",
-                            name, e->left_out.median);
+    const struct fv_calibrated_target *odd = odd_one(e);
+    if (odd && odd->left_out_off_deg > elsewhere_deg)
+        return fv_error_set(
+            error,
+            "%s eye: at the target %.1f degrees right, %.1f up the gaze is %.1f off where the "
+            "others would have it: it was not looked at; calibrate again",
+            name, odd->at_deg[0], odd->at_deg[1], odd->left_out_off_deg);
     if (e->left_out.worst > elsewhere_deg)
         return fv_error_set(
             error,
-            "%s eye: the target at %.1f degrees right, %.1f up is %.1f off where the others would "
-            "have it: it was not looked at; calibrate again",
-            name, worst->at_deg[0], worst->at_deg[1], worst->left_out_off_deg);
+            "%s eye: left out in turn, targets are up to %.1f degrees off where the others would "
+            "have them: not all were looked at; calibrate again",
+            name, e->left_out.worst);
+    if (e->left_out.median > useless_deg)
+        return fv_error_set(error,
+                            "%s eye: left out in turn, targets are %.1f degrees off (median), no better than "
+                            "without a calibration; calibrate again",
+                            name, e->left_out.median);
     return 0;
 }
 
@@ -131,7 +148,7 @@ static int make_eye(struct fv_calibrated_eye *e, struct fv_calibrator *c, int ey
     for (int i = 0; i < e->targets; i++) {
         struct fv_calibrated_target *t = &e->target[i];
         t->gaze_deg[0] = t->gaze_deg[1] = t->left_out_deg[0] = t->left_out_deg[1] = (double)NAN;
-        t->off_deg = t->left_out_off_deg = (double)NAN;
+        t->off_deg = t->left_out_off_deg = t->rest_error_deg = (double)NAN;
     }
     enum fv_gaze_refusal refusal = fv_gaze_calibrate(e->row, e->rows, &e->map);
     if (refusal == FV_GAZE_FEW)

@@ -25,6 +25,7 @@ struct fv_calibrated_target {
     double gaze_deg[2];     /* the mean of what the map makes of its frames; NaN: missed ... */
     double left_out_deg[2]; /* ... of what a map without it makes of them; NaN: there is none */
     double off_deg, left_out_off_deg;
+    double rest_error_deg; /* root mean square of the map without it, over the others; NaN: there is none */
 };
 
 struct fv_calibrated_eye {

@@ -310,7 +310,8 @@ static void calibration_is_readable(void **unused)
         e->map.pupil = (struct fv_gaze_polynomial){.terms = eye ? 4 : 8, .condition = 12.3};
         for (int i = 0; i < e->targets; i++) {
             struct fv_calibrated_target *t = &e->target[i];
-            *t = (struct fv_calibrated_target){{9.0 * (i % 5 - 2), 6.0 * (i / 5 - 1)}, 1 + i % 3, 0, 64, 0.21};
+            *t = (struct fv_calibrated_target){
+                .at_deg = {9.0 * (i % 5 - 2), 6.0 * (i / 5 - 1)}, .shown = 1 + i % 3, .frames = 64, .spread_px = 0.21};
             for (int k = 0; k < 2; k++) {
                 t->gaze_deg[k] = t->at_deg[k] + 0.1 * (i % 3);
                 t->left_out_deg[k] = eye ? (double)NAN : t->at_deg[k] - 0.3 * (i % 4);

@@ -116,7 +116,8 @@ static void streams(void **state)
     assert_int_equal(r.code, 2);
 }
 
-/* A recording whose eyes look where a story says. */
+/* A recording of an eye that looks at 9 places in turn or at none, and a log of 9 or fewer targets; 1: of the
+ * same one 9 times. */
 static void record(const char *name, bool moves, int targets)
 {
     static uint8_t pixels[64 * 64];
@@ -149,7 +150,7 @@ static void record(const char *name, bool moves, int targets)
                                     .from_ns = i * INT64_C(400000000) + 1000000};
         s.until_ns = s.t_ns + 399000000;
         if (targets > 1) s.at_deg[0] = 15 * (i % 3 - 1), s.at_deg[1] = 10 * (i / 3 - 1);
-        fv_targets_row(&out, &s);
+        if (targets == 1 || i < targets) fv_targets_row(&out, &s);
     }
     assert_int_equal(fv_writer_close(&out, &error), 0);
 }
@@ -166,7 +167,7 @@ static void refusals(void **state)
         {TAPE "good", "left eye: 9 of 9 targets", 0},
         {TAPE "still", "not calibrated: left eye: the pupil did not move", 1},
         {TAPE "same", "not calibrated: left eye: all targets are at the same place", 1},
-        {TAPE "good --set eye.confidence=1", "not calibrated: left eye: fewer than 5 targets", 1},
+        {TAPE "few", "not calibrated: left eye: fewer than 5 targets", 1},
         {"--points 7", "--points 7: must be 5, 9 or 13", 2},
         {"--points 9x", "--points 9x: must be", 2},
         {"--frames 3", "no such option", 2},
@@ -184,6 +185,7 @@ static void refusals(void **state)
     record("good", true, 9);
     record("still", false, 9);
     record("same", true, 1);
+    record("few", true, 4);
     assert_int_equal(mkdir(path_of("bad"), 0777) | mkdir(path_of("empty"), 0777), 0);
     static const char head[] =
         "# foveola targets 1\nt_ns,from_ns,until_ns,right_deg,up_deg\n0,500,1200,0,0\n";

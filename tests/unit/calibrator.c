@@ -114,7 +114,9 @@ static void refusals(void **state)
                  {9, {.line = true}, "left eye: the pupil moved along one line"},
                  {9, {.random = true}, "left eye: the pupil's movement does not follow"},
                  {5, {.unseen = {0, 3}, .times = 3}, "right eye: fewer than 5 targets"},
-                 {13, {.elsewhere = 5}, "left eye: the target at 18.0 degrees right, 12.0 up is"}};
+                 {13, {.elsewhere = 5}, "left eye: at the target 18.0 degrees right, 12.0 up the gaze is"},
+                 {9, {.elsewhere = 6}, "left eye: at the target -18.0 degrees right, 0.0 up the gaze is"},
+                 {5, {.elsewhere = 2}, "left eye: left out in turn, targets are up to"}};
     uint64_t seed = 2;
     for (unsigned i = 0; i < sizeof table / sizeof table[0]; i++) {
         begin(table[i].points, 2);
@@ -209,7 +211,7 @@ static void recorded_again(void **state)
     fv_look_feed_play(&player);
     if (fv_calibrated_make(&again, &calibrator, &error)) fail_msg("%s", error.text);
     assert_int_equal(again.eye[0].rows, calibrated.eye[0].rows);
-    assert_memory_equal(&again, &calibrated, sizeof again);
+    assert_memory_equal(&again.eye[0], &calibrated.eye[0], sizeof again.eye[0]);
     /* And through the file. */
     struct fv_calibration c;
     snprintf(path, sizeof path, "%s/c.csv", program_folder());
