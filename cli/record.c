@@ -89,6 +89,8 @@ int fv_record_open(const struct fv_config *config, const char *const *stage, int
         if (open_one(&file[i], folder, names[i], error)) return -1;
     /* Nothing of an older recording may stand beside this one. */
     remove_old(folder, "frames");
+    remove_old(folder, "imu.csv");
+    remove_old(folder, "eye.csv");
     remove_old(folder, "left.frames");
     remove_old(folder, "right.frames");
     for (int i = 0; i < FV_RECORD_FILES; i++) remove_old(folder, names[i]);

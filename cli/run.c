@@ -128,13 +128,15 @@ static void heed_signals(void)
             sigaction(ending[i], &action, NULL);
 }
 
-/* The eye cameras' frames, beside what is latched. */
-static int record_frames(struct run *r, const char *out, struct fv_error *error)
+/* What devices give, beside what is latched. */
+static int record_devices(struct run *r, const char *out, struct fv_error *error)
 {
     char folder[FV_PATH_MAX];
-    if (strcmp(r->setup.config.output_eye_frames, "on") != 0) return 0;
+    bool raw = strcmp(r->setup.config.output_tape, "on") == 0, frames = strcmp(r->setup.config.output_eye_frames, "on") == 0;
+    if (!raw && !frames) return 0;
     if (fv_path_join(folder, out, "tape")) return fv_error_set(error, "%s: path too long", out);
-    return fv_folder_make(folder, error) || fv_sensors_record(r->setup.sensors, folder, error) ? -1 : 0;
+    if (fv_folder_make(folder, error)) return -1;
+    return fv_sensors_record(r->setup.sensors, folder, raw, frames, &r->spooler, error);
 }
 
 static int write_frames_csv(void *context, const void *row)
@@ -169,7 +171,7 @@ static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error 
     if (strcmp(c->output_tape, "on") == 0 &&
         fv_record_open(c, r->setup.session.stage, r->setup.plan.passes, a->out, &r->spooler, error))
         return -1;
-    if (record_frames(r, a->out, error)) return -1;
+    if (record_devices(r, a->out, error)) return -1;
     if (open_frames_csv(r, a->out, error) || fv_spooler_start(&r->spooler, error)) return -1;
     fv_setup_realtime(&r->setup, true);
     return 0;

@@ -30,17 +30,18 @@ static char *slot(const struct fv_spool *s, unsigned row)
     return s->ring + (size_t)(row & (s->slots - 1)) * s->bytes;
 }
 
-void fv_spool_put(struct fv_spool *s, const void *row)
+bool fv_spool_put(struct fv_spool *s, const void *row)
 {
-    if (!s->ring) return;
+    if (!s->ring) return false;
     unsigned put = atomic_load_explicit(&s->put, memory_order_relaxed);
     bool full = put - atomic_load_explicit(&s->taken, memory_order_acquire) >= s->slots;
     if (full || atomic_load_explicit(s->failed, memory_order_relaxed) != 0) {
         atomic_fetch_add_explicit(&s->refused, 1, memory_order_relaxed);
-        return;
+        return false;
     }
     memcpy(slot(s, put), row, s->bytes);
     atomic_store_explicit(&s->put, put + 1, memory_order_release);
+    return true;
 }
 
 static void fail(struct fv_spool *s, int failure)

@@ -39,8 +39,8 @@ struct fv_spool {
 void fv_spool_begin(struct fv_spool *spool, const char *name, void *ring, unsigned slots, size_t bytes,
                     fv_spool_write *write, void *context, atomic_int *failed);
 
-/* Takes a copy of a row; from one thread only. */
-void fv_spool_put(struct fv_spool *spool, const void *row);
+/* Takes a copy of a row; from one thread only. False: it was dropped. */
+bool fv_spool_put(struct fv_spool *spool, const void *row);
 
 /* Rows that were written, and that were not: dropped for want of room, or of after a failure. From any thread. */
 struct fv_spool_counts {

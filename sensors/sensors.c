@@ -4,7 +4,9 @@
 #include "sensors/sensors.h"
 
 #include "platform/arena.h"
+#include "platform/clock.h"
 #include "sensors/eye/camera_source.h"
+#include "sensors/imu/player.h"
 #include "sensors/imu/usb.h"
 #include "sensors/motion.h"
 #include "sensors/predict.h"
@@ -26,6 +28,9 @@ struct fv_sensors {
     const struct imu_source *imu;
     struct fv_tape eye_tape, imu_tape;
     struct fv_imu_usb *imu_usb;
+    struct fv_imu_player *imu_player; /* of a raw tape */
+    struct fv_neck neck;
+    bool predict;
     struct fv_camera_source *cameras;
     uint64_t eye_seed, imu_seed;
     double hold_s, noise_deg;
@@ -36,11 +41,12 @@ struct fv_sensors {
     struct fv_pose pose;        /* last good one */
     struct fv_gaze_sample gaze; /* last good one; valid: there was one */
     int64_t gaze_latch_ns;      /* what time it was latched for */
+    int64_t session_ns;         /* CLOCK_MONOTONIC of session time 0; INT64_MIN: nothing is latched yet */
 };
 
 /* sample: what is at a time; false: the source gives none; NULL: only what is known counts. history: the samples that
- * are known at a time, oldest first, and that time on their clock; returns their number. ahead, of a device: what will be
- * so long from now, predicted by what it measures; the others are NULL. */
+ * are known at a time, oldest first, and that time on their clock; returns their number. ahead, of a device or what it
+ * measured: what will be so long after now, predicted by that; the others are NULL. */
 struct eye_source {
     const char *name;
     int (*open)(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error);
@@ -53,7 +59,7 @@ struct imu_source {
     int (*open)(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error);
     bool (*sample)(const struct fv_sensors *s, int64_t t_ns, struct fv_pose *head);
     int (*history)(struct fv_sensors *s, int64_t t_ns, const struct fv_head_sample **history, int64_t *at_ns);
-    bool (*ahead)(const struct fv_sensors *s, int64_t ahead_ns, struct fv_pose *head);
+    bool (*ahead)(struct fv_sensors *s, int64_t now_ns, int64_t ahead_ns, struct fv_pose *head);
 };
 
 static int open_nothing(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error)
@@ -98,8 +104,32 @@ static int open_eye_tape(struct fv_sensors *s, const struct fv_config *config, s
     return 0;
 }
 
+static bool imu_raw(struct fv_sensors *s, int64_t now_ns, int64_t ahead_ns, struct fv_pose *head)
+{
+    return fv_imu_player_head(s->imu_player, &s->neck, s->predict, now_ns, ahead_ns, head);
+}
+
+static const struct imu_source imu_raw_tape = {"tape", NULL, NULL, NULL, imu_raw};
+
+/* A tape of an inertial sensor's raw samples; 1: it is none. */
+static int open_imu_raw(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error)
+{
+    static struct fv_imu_player player;
+    if (!config->imu_tape[0]) return 1;
+    int result = fv_imu_player_open(&player, config->imu_tape, error);
+    if (result) return result;
+    s->imu = &imu_raw_tape;
+    s->imu_player = &player;
+    s->neck = (struct fv_neck){1e-3 * config->imu_neck_up_mm, 1e-3 * config->imu_neck_ahead_mm};
+    s->predict = strcmp(config->imu_predict, "hold") != 0;
+    s->counts.imu_rejected = player.tape.rejected;
+    return 0;
+}
+
 static int open_imu_tape(struct fv_sensors *s, const struct fv_config *config, struct fv_error *error)
 {
+    int raw = open_imu_raw(s, config, error);
+    if (raw <= 0) return raw;
     if (open_tape(&s->imu_tape, "imu.tape", config->imu_tape, error)) return -1;
     if (s->imu_tape.heads == 0)
         return fv_config_error(error, "imu.tape", "%s holds no good head pose", config->imu_tape);
@@ -186,8 +216,9 @@ static int open_imu_usb(struct fv_sensors *s, const struct fv_config *config, st
     return fv_imu_usb_open(&s->imu_usb, config, error);
 }
 
-static bool imu_usb(const struct fv_sensors *s, int64_t ahead_ns, struct fv_pose *head)
+static bool imu_usb(struct fv_sensors *s, int64_t now_ns, int64_t ahead_ns, struct fv_pose *head)
 {
+    (void)now_ns; /* of the clock */
     return fv_imu_usb_head(s->imu_usb, ahead_ns, head);
 }
 
@@ -209,7 +240,8 @@ int fv_sensors_open(struct fv_sensors **sensors, const struct fv_config *config,
                              .imu_seed = (uint64_t)config->imu_seed,
                              .hold_s = config->eye_hold_ms * 1e-3,
                              .noise_deg = config->eye_noise_deg,
-                             .pose = {.rotation = {1, 0, 0, 0}}};
+                             .pose = {.rotation = {1, 0, 0, 0}},
+                             .session_ns = INT64_MIN};
     for (unsigned i = 0; i < sizeof eye_sources / sizeof eye_sources[0]; i++)
         if (strcmp(config->eye_source, eye_sources[i].name) == 0) s->eye = &eye_sources[i];
     for (unsigned i = 0; i < sizeof imu_sources / sizeof imu_sources[0]; i++)
@@ -267,7 +299,9 @@ static bool head_for(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, stru
 {
     const struct fv_head_sample *history;
     int64_t at_ns;
-    if (s->imu->ahead) return s->imu->ahead(s, now_ns < show_ns ? horizon_ns(now_ns, show_ns) : 0, head);
+    if (s->imu->ahead)
+        return now_ns < show_ns ? s->imu->ahead(s, now_ns, horizon_ns(now_ns, show_ns), head)
+                                : s->imu->ahead(s, show_ns, 0, head);
     if (now_ns >= show_ns || !s->imu->history) return s->imu->sample(s, show_ns, head);
     int count = s->imu->history(s, now_ns, &history, &at_ns);
     s->predictor->predict(history, count, at_ns + horizon_ns(now_ns, show_ns), head);
@@ -304,6 +338,8 @@ void fv_sensors_latch(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, str
 {
     struct fv_gaze_sample sample;
     struct fv_pose pose;
+    if (s->session_ns == INT64_MIN)
+        s->session_ns = (int64_t)((uint64_t)fv_clock_now_ns(&fv_clock_monotonic) - (uint64_t)now_ns);
     s->counts.imu_samples += head_for(s, now_ns, show_ns, &pose);
     if (fv_head_pose_good(&pose)) s->pose = pose;
     else s->counts.imu_rejected++;
@@ -325,8 +361,9 @@ struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *s)
 {
     struct fv_sensors_counts counts = s->counts;
     if (s->cameras) fv_camera_source_counts(s->cameras, &counts.camera);
-    if (!s->imu_usb) return counts;
-    struct fv_imu_feed_counts of = fv_imu_usb_counts(s->imu_usb);
+    if (!s->imu_usb && !s->imu_player) return counts;
+    struct fv_imu_feed_counts of = s->imu_usb ? fv_imu_usb_counts(s->imu_usb) : s->imu_player->feed.state.counts;
+    if (of.connects == 0) return counts;
     counts.imu_rejected += of.rejected + of.foreign + of.too_long;
     counts.imu_lost = of.lost;
     counts.imu_reconnects = of.connects - 1;
@@ -349,12 +386,18 @@ const struct fv_tape *fv_sensors_imu_tape(const struct fv_sensors *s)
     return s->imu_tape.heads > 0 ? &s->imu_tape : NULL;
 }
 
-int fv_sensors_record(struct fv_sensors *s, const char *folder, struct fv_error *error)
+int fv_sensors_record(struct fv_sensors *s, const char *folder, bool raw, bool frames, struct fv_spooler *spooler,
+                      struct fv_error *error)
 {
-    return s->cameras ? fv_camera_source_record(s->cameras, folder, error) : 0;
+    if (raw && s->imu_usb && fv_imu_usb_record(s->imu_usb, folder, spooler, error)) return -1;
+    if (raw && s->cameras && fv_camera_source_record_looks(s->cameras, folder, spooler, error)) return -1;
+    return frames && s->cameras ? fv_camera_source_record(s->cameras, folder, error) : 0;
 }
 
 int fv_sensors_record_end(struct fv_sensors *s, struct fv_error *error)
 {
-    return s->cameras ? fv_camera_source_record_end(s->cameras, error) : 0;
+    struct fv_error later;
+    int failed = s->imu_usb ? fv_imu_usb_record_end(s->imu_usb, s->session_ns, error) : 0;
+    if (s->cameras && fv_camera_source_record_end(s->cameras, s->session_ns, failed ? &later : error)) failed = -1;
+    return failed;
 }

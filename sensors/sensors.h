@@ -7,6 +7,7 @@
 
 #include "config/config.h"
 #include "platform/pose.h"
+#include "platform/spool.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -59,7 +60,7 @@ int fv_sensors_open(struct fv_sensors **sensors, const struct fv_config *config,
  * where it is later); both grow from call to call.
  *
  * now_ns < show_ns: no sample later than now_ns is used. Simulated sources are read at a device's rate,
- * tapes at their own rows; before the first there is none. The head is predicted from there to show_ns
+ * tapes at their own rows, raw tapes of an inertial sensor as the device was; before the first there is none. The head is predicted from there to show_ns
  * (imu.predict), at most FV_PREDICT_MAX_NS. The gaze is the newest one; its uncertainty grows by
  * what it may have moved between its sample and show_ns: its speed (fv_gaze_speed_deg_s), at most that of
  * the fastest pursuit, 100 degrees a second (Meyer, Lasker and Robinson 1985), for anything faster is a
@@ -79,9 +80,12 @@ void fv_sensors_latch(struct fv_sensors *sensors, int64_t now_ns, int64_t show_n
 
 struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *sensors);
 
-/* Records the eye cameras' frames into the folder, until the end; nothing where there are no cameras. 0, or -1 with the
- * error set; at the end, with why the recording is not whole. */
-int fv_sensors_record(struct fv_sensors *sensors, const char *folder, struct fv_error *error);
+/* Records what devices give into the folder, until the end, which comes when they are closed and `spooler` is stopped; it
+ * is not started yet. raw: every raw sample, of the inertial sensor (sensors/imu/imu_tape.h) and of the eyes
+ * (sensors/eye/eye_tape.h). frames: the eye cameras' frames. Nothing where there are no devices. 0, or -1 with the error
+ * set; at the end, with why a recording is not whole. */
+int fv_sensors_record(struct fv_sensors *sensors, const char *folder, bool raw, bool frames, struct fv_spooler *spooler,
+                      struct fv_error *error);
 int fv_sensors_record_end(struct fv_sensors *sensors, struct fv_error *error);
 
 /* Gives devices back to the system; nothing is latched any more. */

@@ -17,6 +17,7 @@ struct fv_camera_source {
     struct fv_sim_camera sim;
     struct fv_frame_player player;
     struct fv_frame_recorder *recorder;
+    struct fv_eye_recorder *looks;
 };
 
 static void say(const char *line)
@@ -185,7 +186,16 @@ int fv_camera_source_record(struct fv_camera_source *s, const char *folder, stru
     return 0;
 }
 
-int fv_camera_source_record_end(struct fv_camera_source *s, struct fv_error *error)
+int fv_camera_source_record_looks(struct fv_camera_source *s, const char *folder, struct fv_spooler *spooler,
+                                  struct fv_error *error)
+{
+    if (!s->watch) return 0;
+    if (fv_eye_recorder_open(&s->looks, folder, spooler, error)) return -1;
+    atomic_store_explicit(&s->watch->looks, s->looks, memory_order_release);
+    return 0;
+}
+
+static int end_frames(struct fv_camera_source *s, struct fv_error *error)
 {
     struct fv_frame_recorder *r = s->recorder;
     if (!r) return 0;
@@ -195,6 +205,19 @@ int fv_camera_source_record_end(struct fv_camera_source *s, struct fv_error *err
     if (dropped > 0)
         fv_log("eye camera: %lld frames were not recorded, as the disk did not keep up", dropped);
     return fv_frame_recorder_close(r, error);
+}
+
+int fv_camera_source_record_end(struct fv_camera_source *s, int64_t session_ns, struct fv_error *error)
+{
+    struct fv_error later;
+    int failed = 0;
+    if (s->looks) {
+        atomic_store_explicit(&s->watch->looks, NULL, memory_order_release);
+        failed = fv_eye_recorder_close(s->looks, session_ns, error);
+    }
+    s->looks = NULL;
+    if (end_frames(s, failed ? &later : error)) failed = -1;
+    return failed;
 }
 
 void fv_camera_source_close(struct fv_camera_source *s)

@@ -30,10 +30,13 @@ int fv_camera_source_history(struct fv_camera_source *source, int64_t t_ns,
                              const struct fv_gaze_sample **history, int64_t *at_ns);
 
 /* Records the cameras' frames into the folder (frame_recorder.h), up to the end; nothing is done where they
- * are no real cameras. 0, or -1 with the error set. The end tells also how many frames were dropped, by the
- * log. */
+ * are no real cameras; likewise what each frame told (eye_tape.h). 0, or -1 with the error set. The end tells
+ * also how many frames were dropped, by the log; session_ns: CLOCK_MONOTONIC of session time 0, INT64_MIN:
+ * not known. */
 int fv_camera_source_record(struct fv_camera_source *source, const char *folder, struct fv_error *error);
-int fv_camera_source_record_end(struct fv_camera_source *source, struct fv_error *error);
+int fv_camera_source_record_looks(struct fv_camera_source *source, const char *folder, struct fv_spooler *spooler,
+                                  struct fv_error *error);
+int fv_camera_source_record_end(struct fv_camera_source *source, int64_t session_ns, struct fv_error *error);
 
 /* What the cameras have done so far; all 0 for simulated ones. */
 void fv_camera_source_counts(struct fv_camera_source *source, struct fv_eye_camera_counts *counts);

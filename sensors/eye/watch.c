@@ -90,12 +90,25 @@ static void combine(struct fv_watch *w, const struct fv_eye_look *left, const st
     if (took_ns > w->latency.most_ns) w->latency.most_ns = took_ns;
 }
 
+/* What each new frame told, and what the eyes do, as it can be told now. */
+static void record_looks(struct fv_watch *w, const bool any[FV_WATCH_CAMERAS], const struct fv_eye_look *look,
+                         const int64_t *arrived_ns)
+{
+    struct fv_eye_recorder *recorder = atomic_load_explicit(&w->looks, memory_order_acquire);
+    for (int i = 0; recorder && i < w->cameras; i++) {
+        if (!any[i]) continue;
+        struct fv_eye_row row = {.eye = i, .arrival_ns = arrived_ns[i], .look = look[i], .pupil = w->tracker[i].pupil,
+                                 .event = w->binocular.event, .event_ns = w->binocular.event_ns};
+        fv_eye_recorder_put(recorder, &row);
+    }
+}
+
 void fv_watch_round(struct fv_watch *w, int64_t timeout_ns)
 {
     unsigned ready[FV_WATCH_CAMERAS] = {0};
     struct fv_eye_look look[FV_WATCH_CAMERAS];
     bool any[FV_WATCH_CAMERAS] = {false, false}, changed = false;
-    int64_t arrived_ns = INT64_MAX;
+    int64_t arrived_ns = INT64_MAX, arrival_ns[FV_WATCH_CAMERAS] = {0, 0};
     await(w, timeout_ns, ready);
     for (int i = 0; i < w->cameras; i++) {
         struct fv_camera_frame frame;
@@ -108,9 +121,11 @@ void fv_watch_round(struct fv_watch *w, int64_t timeout_ns)
         if (recorder) fv_frame_recorder_put(recorder, i, frame.t_ns, &frame.grey);
         if (w->looked) w->looked(w->looked_context, i, &look[i]);
         any[i] = true;
+        arrival_ns[i] = frame.arrived_ns;
         if (frame.arrived_ns < arrived_ns) arrived_ns = frame.arrived_ns;
     }
     if (any[0] || any[1]) combine(w, any[0] ? &look[0] : NULL, any[1] ? &look[1] : NULL, arrived_ns);
+    record_looks(w, any, look, arrival_ns);
     if (!changed) return;
     struct fv_watch_tally tally = {.latency = w->latency};
     for (int i = 0; i < w->cameras; i++) tally.camera[i] = w->camera[i].counts;

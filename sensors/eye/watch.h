@@ -9,6 +9,7 @@
 
 #include "platform/mailbox.h"
 #include "sensors/eye/binocular.h"
+#include "sensors/eye/eye_tape.h"
 #include "sensors/eye/frame_recorder.h"
 #include "sensors/eye/v4l2.h"
 
@@ -52,6 +53,7 @@ struct fv_watch {
     struct fv_watch_news news;
     struct fv_watch_latency latency;
     struct fv_frame_recorder *_Atomic recorder; /* NULL: frames are not recorded */
+    struct fv_eye_recorder *_Atomic looks;      /* NULL: nor is what they tell */
     struct fv_mailbox mailbox, tally;
     void (*say)(const char *line); /* changes of state */
     /* Each look before it is combined, for calibrations; NULL: nobody asks. Set before the first round. */

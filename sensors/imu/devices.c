@@ -104,7 +104,7 @@ int fv_imu_stream_begin(struct fv_imu_stream *stream, const struct fv_imu_device
     bool clock = device->counter_bits > 0 && isfinite(device->tick_ns);
     if (device->counter_bits < 0 || device->counter_bits > 64 || !(device->tick_ns > 0))
         return fv_error_set(error, "a counter of %d bits and %g ns", device->counter_bits, device->tick_ns);
-    *stream = (struct fv_imu_stream){.device = *device, .calibration = *calibration};
+    *stream = (struct fv_imu_stream){.device = *device, .calibration = *calibration, .source = device};
     fv_clock_map_begin(&stream->map, clock ? device->tick_ns : 1e9 / device->hz,
                        device->counter_bits > 0 ? device->counter_bits : 64, clock ? 1e-3 : 0.05);
     return 0;
@@ -164,18 +164,22 @@ int fv_imu_stream_report(struct fv_imu_stream *s, const uint8_t *report, size_t 
     struct fv_imu_reading reading[FV_IMU_READINGS];
     int64_t ticks[FV_IMU_READINGS];
     int count = s->device.decode(&s->device.layout, report, bytes, reading), given = 0;
+    bool begins = !s->begun;
+    s->raws = 0;
     if (count < 0) {
         s->counts.other++;
         return 0;
     }
     s->counts.reports++;
     if (count == 0) return 0;
-    if (take_times(s, reading, ticks, count, arrival_ns)) s->counts.restarts++, s->begun = false;
+    memcpy(s->raw, reading, (size_t)count * sizeof reading[0]);
+    if (take_times(s, reading, ticks, count, arrival_ns)) s->counts.restarts++, s->begun = false, begins = true;
     for (int i = 0; i < count; i++) {
         if ((s->begun && ticks[i] <= s->newest) || far_off(s, ticks[i], ticks[count - 1])) {
             s->counts.repeated++;
             continue;
         }
+        if (!begins) s->raw[given] = reading[i];
         struct fv_imu_sample *to = &samples[given++];
         to->dt_s = s->begun ? 1e-9 * s->map.tick_ns * fmax((double)ticks[i] - (double)s->newest, 1) : 1 / s->device.hz;
         s->counts.lost += (int64_t)fmin(fmax(rint(to->dt_s * s->device.hz) - 1, 0), 1e9);
@@ -185,5 +189,6 @@ int fv_imu_stream_report(struct fv_imu_stream *s, const uint8_t *report, size_t 
         s->begun = true;
     }
     s->counts.samples += given;
+    s->raws = begins || given == 0 ? count : given;
     return given;
 }

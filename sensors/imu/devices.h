@@ -79,6 +79,11 @@ struct fv_imu_stream {
     struct fv_clock_map map;
     int64_t newest; /* ticks of the newest sample given out */
     bool begun;
+    const struct fv_imu_device *source; /* that it was begun with */
+    /* The newest report's readings, for recording: as decoded, but for those that had come before beside new ones. Taken
+     * in their place they give the same samples. */
+    struct fv_imu_reading raw[FV_IMU_READINGS];
+    int raws;
 };
 
 /* calibration NULL: none. 0, or -1 with the error set, when device or calibration cannot be: the stream is not begun. */

@@ -228,6 +228,9 @@ static void take_report(struct fv_imu_feed *f, const uint8_t *bytes, size_t leng
     int64_t reports = f->stream.counts.reports, restarts = f->stream.counts.restarts;
     bool first = !f->stream.begun;
     int count = fv_imu_stream_report(&f->stream, bytes, length, arrival_ns, samples);
+    struct fv_imu_recorder *recorder = atomic_load_explicit(&f->recorder, memory_order_acquire);
+    if (recorder && f->stream.raws > 0)
+        fv_imu_recorder_report(recorder, &f->stream, f->state.counts.connects, arrival_ns);
     for (int i = 0; i < count; i++)
         take_sample(f, &samples[i], arrival_ns, i == 0 && (first || f->stream.counts.restarts != restarts));
     if (f->stream.counts.reports == reports) return;

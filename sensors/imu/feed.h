@@ -20,6 +20,7 @@
 #include "platform/mailbox.h"
 #include "sensors/imu/devices.h"
 #include "sensors/imu/fusion.h"
+#include "sensors/imu/recorder.h"
 
 enum { FV_IMU_TRANSFERS = 16, FV_IMU_FAILURES_MAX = 3 * FV_IMU_TRANSFERS };
 
@@ -98,6 +99,7 @@ struct fv_imu_feed {
     int64_t tell_ns; /* when the device's command is due */
     struct fv_error error; /* why no device could be opened; "": it could */
     bool told;             /* that was logged */
+    struct fv_imu_recorder *_Atomic recorder; /* NULL: samples are not recorded */
     struct fv_mailbox box;
 };
 

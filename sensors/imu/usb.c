@@ -66,6 +66,20 @@ bool fv_imu_usb_head(const struct fv_imu_usb *u, int64_t ahead_ns, struct fv_pos
     return fv_imu_head(&state, &u->neck, u->predict, fv_clock_now_ns(u->feed.clock), ahead_ns, head);
 }
 
+int fv_imu_usb_record(struct fv_imu_usb *u, const char *folder, struct fv_spooler *spooler, struct fv_error *error)
+{
+    struct fv_imu_recorder *recorder;
+    if (fv_imu_recorder_open(&recorder, folder, spooler, error)) return -1;
+    atomic_store_explicit(&u->feed.recorder, recorder, memory_order_release);
+    return 0;
+}
+
+int fv_imu_usb_record_end(struct fv_imu_usb *u, int64_t session_ns, struct fv_error *error)
+{
+    struct fv_imu_recorder *recorder = atomic_exchange_explicit(&u->feed.recorder, NULL, memory_order_acq_rel);
+    return recorder ? fv_imu_recorder_close(recorder, session_ns, error) : 0;
+}
+
 struct fv_imu_feed_counts fv_imu_usb_counts(const struct fv_imu_usb *u)
 {
     struct fv_imu_state state = {0};

@@ -16,6 +16,11 @@ int fv_imu_usb_open(struct fv_imu_usb **usb, const struct fv_config *config, str
 /* The head ahead_ns from now, as fv_imu_head; false: nothing is known of it. */
 bool fv_imu_usb_head(const struct fv_imu_usb *usb, int64_t ahead_ns, struct fv_pose *head);
 
+/* Records its raw samples into folder/imu.csv from now on (recorder.h); the end, once it is closed and the spooler stopped.
+ * 0, or -1 with the error set. */
+int fv_imu_usb_record(struct fv_imu_usb *usb, const char *folder, struct fv_spooler *spooler, struct fv_error *error);
+int fv_imu_usb_record_end(struct fv_imu_usb *usb, int64_t session_ns, struct fv_error *error);
+
 struct fv_imu_feed_counts fv_imu_usb_counts(const struct fv_imu_usb *usb);
 
 /* Gives the device back to the system, and stops the thread; waits for it for three seconds at most. */

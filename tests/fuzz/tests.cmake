@@ -1,4 +1,9 @@
 # fv_fuzz(NAME PART): tests/fuzz/NAME.c over tests/fuzz/corpus/NAME.
+option(FV_FUZZER "Link the fuzz targets with libFuzzer (clang) for long runs" OFF)
+if(FV_FUZZER) # all that is fuzzed tells libFuzzer where it has been
+    target_compile_options(flags INTERFACE -fsanitize=fuzzer-no-link)
+    target_link_options(flags INTERFACE -fsanitize=fuzzer-no-link)
+endif()
 function(fv_fuzz name)
     if(FV_FUZZER)
         add_executable(fuzz_${name} ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/${name}.c)
@@ -13,7 +18,11 @@ endfunction()
 
 fv_fuzz(tape sensors)
 fv_fuzz(imu sensors)
+fv_fuzz(imu_tape sensors)
+fv_fuzz(layout sensors)
+fv_fuzz(factory sensors)
 fv_fuzz(calibration sensors)
+fv_fuzz(camera sensors)
 fv_fuzz(frames sensors)
 fv_fuzz(targets sensors)
 fv_fuzz(gltf rt)

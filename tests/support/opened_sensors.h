@@ -23,8 +23,8 @@ static inline struct fv_config *sensor_settings(const char *eye, const char *imu
 static inline struct fv_sensors *opened(const struct fv_config *config)
 {
     struct fv_sensors *sensors = NULL;
-    struct fv_error error;
-    if (fv_sensors_open(&sensors, config, &error)) fail_msg("%s", error.text);
+    struct fv_error why;
+    if (fv_sensors_open(&sensors, config, &why)) fail_msg("%s", why.text);
     return sensors;
 }
 

@@ -111,6 +111,50 @@ static void frames_become_samples(void **state)
     assert_true(fake.opened == 0 && fake.mapped == 0);
 }
 
+/* What each frame told, a row each: seen ones, closed lids, events that are told later. */
+static void looks_are_recorded(void **state)
+{
+    (void)state;
+    static struct fv_camera_io io;
+    static struct fv_spooler spooler; /* its thread is not started: the test is it */
+    static char text[1 << 16];
+    struct fv_eye_recorder *recorder;
+    double right_deg;
+    long long t_ns, arrival_ns;
+    char path[256], event[16];
+    int rows = 0, seen = 0, saccades = 0, found;
+    io = rounds_io();
+    begin_watch(&io);
+    if (fv_eye_recorder_open(&recorder, program_folder(), &spooler, &error)) fail_msg("%s", error.text);
+    atomic_store(&watch->looks, recorder);
+    for (int i = 0; i < 80; i++) {
+        double at[2] = {i < 30 ? -8 : 8, 4};
+        fake.t_ns += 8 * ms;
+        assert_true(shows(at, i < 70));
+        fv_watch_round(watch, 100 * ms);
+    }
+    fv_watch_stop(watch);
+    fv_spool_drain(spooler.spool[0]);
+    if (fv_eye_recorder_close(recorder, 4711, &error)) fail_msg("%s", error.text);
+    snprintf(path, sizeof path, "%s/eye.csv", program_folder());
+    program_slurp(path, text, sizeof text);
+    assert_int_equal(strncmp(text, "# foveola eye 1\neye,t_ns,", 25), 0);
+    assert_non_null(strstr(text, "\n# session 0 = 4711 ns\n"));
+    for (char *at = text; (at = strstr(at, "\nleft,")) != NULL; rows++) {
+        int known, commas = 0;
+        at++;
+        for (const char *c = at; *c != '\n'; c++) commas += *c == ',';
+        assert_int_equal(commas, 18);
+        assert_int_equal(sscanf(at, "left,%lld,%lld,%d,%*f,%*f,%*f,%*f,%*f,%*f,0,0,0,%d,%lf,%*f,%*f,%15[a-z]", &t_ns,
+                                &arrival_ns, &found, &known, &right_deg, event), 6);
+        assert_true(arrival_ns - t_ns == ms && t_ns == 5000 * ms + (rows + 1) * 8 * ms - ms);
+        seen += known && fabs(right_deg - (rows < 30 ? -8 : 8)) < 2.5;
+        assert_true(rows < 70 || (!known && !found));
+        saccades += strcmp(event, "saccade") == 0;
+    }
+    assert_true(rows == 80 && seen >= 66 && saccades > 0 && saccades < 20);
+}
+
 /* Unplugged and plugged in again: one line each, rounds never spin, samples go on. */
 static void lost_and_back(void **state)
 {
@@ -326,11 +370,11 @@ static void calibration_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(frames_become_samples),
-                                       cmocka_unit_test(lost_and_back),
+                                       cmocka_unit_test(looks_are_recorded), cmocka_unit_test(lost_and_back),
                                        cmocka_unit_test(refusals),
                                        cmocka_unit_test(the_thread),
                                        cmocka_unit_test(simulated_cameras),
                                        cmocka_unit_test(source_errors),
                                        cmocka_unit_test(calibration_files)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, NULL, program_clean);
 }
