@@ -34,6 +34,34 @@ static void write_facts(struct fv_writer *out, const struct fv_calibrated_eye *e
     fv_writer_print(out, "</dl>\n");
 }
 
+/* Lines from the targets to where the gaze fell. */
+static void draw_ways(struct fv_plot *plot, const struct fv_calibrated_eye *e)
+{
+    fv_path_open(plot, "given");
+    for (int i = 0; i < e->targets; i++) {
+        const struct fv_calibrated_target *t = &e->target[i];
+        const double *at[] = {t->gaze_deg, t->at_deg, t->left_out_deg};
+        for (int k = 0; k < 3; k++) fv_path_point(plot, at[k][0], at[k][1]);
+        fv_path_point(plot, NAN, NAN);
+    }
+    fv_path_close(plot);
+}
+
+/* What the markers are. */
+static void write_legend(struct fv_writer *out)
+{
+    fv_writer_print(out, "<div><ul class=\"legend\">");
+    for (int k = 0; k < 3; k++) {
+        fv_writer_print(out,
+                        "<li><svg class=\"key\" width=\"14\" height=\"14\" aria-hidden=\"true\">"
+                        "<use class=\"c%d\" href=\"#mark%d\" x=\"7\" y=\"7\"/></svg>",
+                        k, k);
+        fv_html_text(out, slot_name[k]);
+        fv_writer_print(out, "</li>");
+    }
+    fv_writer_print(out, "</ul></div>\n");
+}
+
 static void draw_eye(struct fv_writer *out, const struct fv_calibrated_eye *e, const char *name)
 {
     struct fv_plot plot = {.out = out, .x = fv_axis_empty(false), .y = fv_axis_empty(false)};
@@ -52,6 +80,7 @@ static void draw_eye(struct fv_writer *out, const struct fv_calibrated_eye *e, c
     fv_plot_open(&plot,
                  &(struct fv_plot_text){
                      .caption = "degrees up", .label = label, .x_name = "degrees right", .height_px = 380});
+    draw_ways(&plot, e);
     for (int k = 0; k < 3; k++)
         for (int i = 0; i < e->targets; i++) {
             const struct fv_calibrated_target *t = &e->target[i];
@@ -62,14 +91,7 @@ static void draw_eye(struct fv_writer *out, const struct fv_calibrated_eye *e, c
                           &(struct fv_mark){.slot = k, .ring = k == TARGET, .what = what});
         }
     fv_plot_close(&plot);
-    fv_writer_print(out, "<ul class=\"legend\">");
-    for (int k = 0; k < 3; k++) {
-        fv_writer_print(out, "<li>");
-        fv_plot_key(out, k);
-        fv_html_text(out, slot_name[k]);
-        fv_writer_print(out, "</li>");
-    }
-    fv_writer_print(out, "</ul>\n");
+    write_legend(out);
 }
 
 static void write_table(struct fv_writer *out, const struct fv_calibrated_eye *e)
