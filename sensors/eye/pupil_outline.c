@@ -87,7 +87,7 @@ static bool climb(const struct fv_pupil_work *work, const double at[2], const do
     int where = 0;
     slopes_along(work, start, ahead, reach, straight, slope);
     for (int i = -reach; i <= reach; i++) {
-        const float *s = slope + i + reach + 1;
+        const float *s = slope + (i + reach + 1);
         if (s[0] < least || s[0] < s[-1] || s[0] < s[1]) continue;
         float worth = s[0] * (1 - farther * fabsf((float)i));
         if (worth > best) {
@@ -96,7 +96,7 @@ static bool climb(const struct fv_pupil_work *work, const double at[2], const do
         }
     }
     if (!(best > 0)) return false;
-    const float *s = slope + where + reach + 1;
+    const float *s = slope + (where + reach + 1);
     float bend = 2 * s[0] - s[-1] - s[1];
     *offset = where + (bend > 0 ? 0.5 * (double)(s[1] - s[-1]) / (double)bend : 0);
     return true;
