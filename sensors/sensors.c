@@ -365,6 +365,7 @@ struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *s)
     struct fv_imu_feed_counts of = s->imu_usb ? fv_imu_usb_counts(s->imu_usb) : s->imu_player->feed.state.counts;
     if (of.connects == 0) return counts;
     counts.imu_rejected += of.rejected + of.foreign + of.too_long;
+    counts.imu_readings = of.samples;
     counts.imu_lost = of.lost;
     counts.imu_reconnects = of.connects - 1;
     return counts;

@@ -168,6 +168,8 @@ void fv_camera_source_counts(struct fv_camera_source *s, struct fv_eye_camera_co
         counts->skipped += c->skipped;
         counts->gaps += c->gaps;
         counts->rejected += c->flagged + c->shorted + c->corrupt;
+        counts->untimed += c->untimed;
+        counts->errors += c->errors;
         counts->lost += c->lost;
         counts->restarts += c->restarts;
     }

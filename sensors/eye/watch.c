@@ -146,12 +146,13 @@ int fv_watch_start(struct fv_watch *w, struct fv_error *error)
     return 0;
 }
 
-void fv_watch_stop(struct fv_watch *w)
+bool fv_watch_stop(struct fv_watch *w)
 {
     atomic_store(&w->stop, true);
-    if (w->running) fv_thread_await(&w->done, INT64_MAX);
+    if (w->running && !fv_thread_await(&w->done, longest_ns + 1000000000)) return false;
     w->running = false;
     for (int i = 0; i < w->cameras; i++) fv_camera_close(&w->camera[i]);
+    return true;
 }
 
 bool fv_watch_read(struct fv_watch *w, struct fv_watch_news *news)

@@ -75,8 +75,9 @@ void fv_watch_round(struct fv_watch *watch, int64_t timeout_ns);
 /* Starts the thread. 0, or -1 with the error set. */
 int fv_watch_start(struct fv_watch *watch, struct fv_error *error);
 
-/* Ends it and closes the cameras (tests; the program itself just exits). */
-void fv_watch_stop(struct fv_watch *watch);
+/* Ends it and closes the cameras, without a call to the heap. False: the thread is held up by a camera, for more
+ * than a second; nothing is closed. */
+bool fv_watch_stop(struct fv_watch *watch);
 
 /* The newest samples; false: none yet, `news` as it was. From any thread. */
 bool fv_watch_read(struct fv_watch *watch, struct fv_watch_news *news);
