@@ -1,6 +1,7 @@
 /* calibration: see the header. */
 #include "sensors/eye/calibration.h"
 
+#include "platform/lines.h"
 #include "sensors/eye/pupil.h"
 
 #include <math.h>
@@ -9,36 +10,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LINE_MAX_BYTES = 256, FILE_MAX_BYTES = 8 << 20 };
+enum { FILE_MAX_BYTES = 8 << 20 };
 static const char columns[] = "eye,pupil_x_px,pupil_y_px,glint_x_px,glint_y_px,right_deg,up_deg,weight";
 static const double most_deg = 80;
 
-struct reader {
-    const char *name, *at, *end;
-    int line;
-    char text[LINE_MAX_BYTES];
-};
-
-/* The next line, without its end; false: there is none. Longer ones are cut, which no good row is. */
-static bool next_line(struct reader *r)
-{
-    if (r->at >= r->end) return false;
-    const char *stop = memchr(r->at, '\n', (size_t)(r->end - r->at));
-    if (!stop) stop = r->end;
-    size_t length = (size_t)(stop - r->at);
-    if (length > 0 && r->at[length - 1] == '\r') length--;
-    if (length >= sizeof r->text) length = sizeof r->text - 1;
-    memcpy(r->text, r->at, length);
-    r->text[length] = 0;
-    r->at = stop + 1;
-    r->line++;
-    return true;
-}
-
-static int read_head(struct reader *r, struct fv_calibration *c, struct fv_error *error)
+static int read_head(struct fv_lines *r, struct fv_calibration *c, struct fv_error *error)
 {
     int version = 0, end = 0;
-    if (!next_line(r) ||
+    if (!fv_lines_next(r) ||
         sscanf(r->text, "# foveola calibration %9d, %5dx%5d%n", &version, &c->width, &c->height, &end) != 3 ||
         r->text[end] || version != 1)
         return fv_error_set(error, "%s:1: no calibration; must begin with '# foveola calibration 1, 640x400'",
@@ -46,13 +25,13 @@ static int read_head(struct reader *r, struct fv_calibration *c, struct fv_error
     if (c->width < 1 || c->height < 1 || c->width > FV_PUPIL_SIDE_MAX || c->height > FV_PUPIL_SIDE_MAX)
         return fv_error_set(error, "%s:1: frames of %dx%d pixels; must be 1 to %d a side", r->name, c->width,
                             c->height, FV_PUPIL_SIDE_MAX);
-    if (!next_line(r) || strcmp(r->text, columns) != 0)
+    if (!fv_lines_next(r) || strcmp(r->text, columns) != 0)
         return fv_error_set(error, "%s:2: must be '%s'", r->name, columns);
     return 0;
 }
 
 /* A row; returns its eye, or -1 with the error set. */
-static int read_row(const struct reader *r, struct fv_gaze_target *t, struct fv_error *error)
+static int read_row(const struct fv_lines *r, struct fv_gaze_target *t, struct fv_error *error)
 {
     char eye[8];
     int end = 0;
@@ -107,13 +86,13 @@ static int fit(struct fv_calibration *c, const char *name, struct fv_gaze_target
 int fv_calibration_parse(struct fv_calibration *c, const char *name, const char *text, size_t size,
                          struct fv_error *error)
 {
-    struct reader r = {.name = name, .at = text, .end = text + size};
+    struct fv_lines r = {.name = name, .at = text, .end = text + size};
     struct fv_gaze_target *target[2] = {malloc(sizeof **target * FV_GAZE_TARGETS_MAX),
                                         malloc(sizeof **target * FV_GAZE_TARGETS_MAX)};
     memset(c, 0, sizeof *c);
     int failed =
         !target[0] || !target[1] ? fv_error_set(error, "%s: no memory", name) : read_head(&r, c, error);
-    while (!failed && next_line(&r)) {
+    while (!failed && fv_lines_next(&r)) {
         struct fv_gaze_target t;
         if (!r.text[0] || r.text[0] == '#') continue;
         int eye = read_row(&r, &t, error);

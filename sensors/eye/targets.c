@@ -1,13 +1,15 @@
 /* targets: see the header. */
 #include "sensors/eye/targets.h"
 
+#include "platform/lines.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { LINE_MAX_BYTES = 256, FILE_MAX_BYTES = 1 << 20 };
+enum { FILE_MAX_BYTES = 1 << 20 };
 static const char head[] = "# foveola targets 1", columns[] = "t_ns,from_ns,until_ns,right_deg,up_deg";
 static const double most_deg = 80, one_deg = 0.5;
 /* Some centuries either way are no times. */
@@ -31,30 +33,8 @@ bool fv_targets_same(const double a[2], const double b[2])
     return hypot(a[0] - b[0], a[1] - b[1]) < one_deg;
 }
 
-struct reader {
-    const char *name, *at, *end;
-    int line;
-    char text[LINE_MAX_BYTES];
-};
-
-/* The next line, without its end; false: there is none. Longer ones are cut, which no good row is. */
-static bool next_line(struct reader *r)
-{
-    if (r->at >= r->end) return false;
-    const char *stop = memchr(r->at, '\n', (size_t)(r->end - r->at));
-    if (!stop) stop = r->end;
-    size_t length = (size_t)(stop - r->at);
-    if (length > 0 && r->at[length - 1] == '\r') length--;
-    if (length >= sizeof r->text) length = sizeof r->text - 1;
-    memcpy(r->text, r->at, length);
-    r->text[length] = 0;
-    r->at = stop + 1;
-    r->line++;
-    return true;
-}
-
 /* A row, which begins when the one before (NULL: none) is over. */
-static int read_row(const struct reader *r, const struct fv_target_shown *before, struct fv_target_shown *s,
+static int read_row(const struct fv_lines *r, const struct fv_target_shown *before, struct fv_target_shown *s,
                     struct fv_error *error)
 {
     int64_t *const time[3] = {&s->t_ns, &s->from_ns, &s->until_ns};
@@ -81,13 +61,13 @@ static int read_row(const struct reader *r, const struct fv_target_shown *before
 int fv_targets_parse(struct fv_target_shown *shown, const char *name, const char *text, size_t size,
                      struct fv_error *error)
 {
-    struct reader r = {.name = name, .at = text, .end = text + size};
+    struct fv_lines r = {.name = name, .at = text, .end = text + size};
     int rows = 0;
-    if (!next_line(&r) || strcmp(r.text, head) != 0)
+    if (!fv_lines_next(&r) || strcmp(r.text, head) != 0)
         return fv_error_set(error, "%s:1: no targets; must begin with '%s'", name, head);
-    if (!next_line(&r) || strcmp(r.text, columns) != 0)
+    if (!fv_lines_next(&r) || strcmp(r.text, columns) != 0)
         return fv_error_set(error, "%s:2: must be '%s'", name, columns);
-    while (next_line(&r)) {
+    while (fv_lines_next(&r)) {
         if (!r.text[0] || r.text[0] == '#') continue;
         if (rows == FV_SHOWN_MAX)
             return fv_error_set(error, "%s:%d: more than %d rows", name, r.line, FV_SHOWN_MAX);
