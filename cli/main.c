@@ -18,6 +18,8 @@ const struct fv_verb fv_verbs[] = {
      FV_OPERANDS_MAX,
      "measure [--method M] [--level L] [--seconds S] [--shard I/N] [--merge DIR...] | --table NAME [--part P] [--frames N]",
      "error against run time: sweeps methods and levels on a scene; or a paper's table measured again; in --out"},
+    {"check", fv_verb_check, "--config --set --json --seconds --root ", 0, "check [--json] [--seconds S]",
+     "is this board ready for these settings: devices, permissions, clock, heat, rays/s, the level that the budget holds"},
     {"plan", fv_verb_plan, "--config --set --frames ", 0, "plan",
      "what this scene and method need, what is left out and why; no frame is run"},
     {"help", fv_verb_help, "", 1, "help [VERB|SECTION|KEY]", "this; the settings of a section; one setting"},

@@ -3,7 +3,6 @@
 
 #include "cli/record.h"
 #include "platform/arena.h"
-#include "platform/realtime.h"
 
 #include <string.h>
 
@@ -95,14 +94,18 @@ int fv_setup_take(struct fv_setup *s, int64_t frames, struct fv_error *error)
     return 0;
 }
 
+struct fv_realtime_request fv_setup_realtime_request(const struct fv_config *c)
+{
+    return (struct fv_realtime_request){.pin = strcmp(c->threads_pin, "on") == 0,
+                                        .fifo_priority = (int)c->threads_fifo,
+                                        .lock_memory = strcmp(c->threads_lock_memory, "on") == 0,
+                                        .cpu_latency_us = (int)c->threads_cpu_latency_us,
+                                        .root = ""};
+}
+
 void fv_setup_realtime(struct fv_setup *s, bool apply)
 {
-    const struct fv_config *c = &s->config;
-    struct fv_realtime_request request = {.pin = strcmp(c->threads_pin, "on") == 0,
-                                          .fifo_priority = (int)c->threads_fifo,
-                                          .lock_memory = strcmp(c->threads_lock_memory, "on") == 0,
-                                          .cpu_latency_us = (int)c->threads_cpu_latency_us,
-                                          .root = ""};
+    struct fv_realtime_request request = fv_setup_realtime_request(&s->config);
     struct fv_realtime_row row[FV_REALTIME_EXTRAS];
     if (apply) fv_realtime_apply(&request, &s->workers, row);
     else fv_realtime_ask(&request, row);

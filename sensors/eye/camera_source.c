@@ -53,7 +53,7 @@ static int eye_settings(struct fv_eye_settings eye[2], const struct fv_config *c
     return 0;
 }
 
-static int set_camera(struct fv_camera_settings *camera, const struct fv_config *config, const char *key,
+int fv_camera_settings_of(struct fv_camera_settings *camera, const struct fv_config *config, const char *key,
                       const char *path)
 {
     *camera = (struct fv_camera_settings){.key = key,
@@ -76,8 +76,8 @@ static int open_cameras(struct fv_camera_source *s, const struct fv_config *conf
     settings = (struct fv_watch_settings){.cameras = config->eye_device_right[0] ? 2 : 1,
                                           .settle_s = config->eye_settle_ms * 1e-3};
     if (eye_settings(settings.eye, config, settings.cameras, error)) return -1;
-    set_camera(&settings.camera[0], config, "eye.device", config->eye_device);
-    set_camera(&settings.camera[1], config, "eye.device_right", config->eye_device_right);
+    fv_camera_settings_of(&settings.camera[0], config, "eye.device", config->eye_device);
+    fv_camera_settings_of(&settings.camera[1], config, "eye.device_right", config->eye_device_right);
     if (!config->eye_calibration[0])
         fv_log("eye camera: eye.calibration is not set: gaze by eye.model, some %g degrees off",
                FV_EYE_MODEL_ERROR_DEG);
