@@ -111,4 +111,8 @@ struct fv_realtime_request fv_setup_realtime_request(const struct fv_config *con
  * set, else only named. Each becomes a row of the plan, which then is whole: it goes into the session's report. */
 void fv_setup_realtime(struct fv_setup *setup, bool apply);
 
+/* Gives up what frames do not need (platform/sandbox.h), at the very last: files are made in `out` only from here on.
+ * A row of the plan, too. */
+void fv_setup_seal(struct fv_setup *setup, const char *out);
+
 #endif

@@ -150,6 +150,7 @@ static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error 
     snprintf(path, sizeof path, "%s/frames.csv", a->out);
     if (fv_frames_csv_open(&r->setup.session, path, error)) return -1;
     fv_setup_realtime(&r->setup, true);
+    fv_setup_seal(&r->setup, a->out);
     return 0;
 }
 

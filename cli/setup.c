@@ -3,6 +3,8 @@
 
 #include "cli/record.h"
 #include "platform/arena.h"
+#include "platform/log.h"
+#include "platform/sandbox.h"
 
 #include <string.h>
 
@@ -41,6 +43,7 @@ int fv_setup_start(struct fv_setup *s, bool gaze, struct fv_error *error)
     static struct fv_config needed;
     needed = s->config;
     if (!gaze) strcpy(needed.eye_source, "none");
+    fv_sandbox_ask(strcmp(s->config.threads_sandbox, "on") == 0);
     if (fv_sensors_open(&s->sensors, &needed, error)) return -1;
     fv_workers_start(&s->workers, s->plan.workers);
     return 0;
@@ -113,6 +116,20 @@ void fv_setup_realtime(struct fv_setup *s, bool apply)
         bool refused = apply && row[i].asked && !row[i].granted;
         fv_plan_add(&s->plan, "thread", row[i].what, row[i].asked && !refused, 0, "%s%s", refused ? "refused: " : "",
                     row[i].reason);
+    }
+    fv_plan_report(&s->plan, &s->session);
+}
+
+void fv_setup_seal(struct fv_setup *s, const char *out)
+{
+    struct fv_error said;
+    if (strcmp(s->config.threads_sandbox, "on") != 0) {
+        fv_plan_add(&s->plan, "thread", "sandbox", false, 0, "threads.sandbox is off");
+    } else if (fv_sandbox_seal(&s->workers, out, &said)) {
+        fv_plan_add(&s->plan, "thread", "sandbox", false, 0, "refused: %s", said.text);
+        fv_log("threads.sandbox: refused: %s; it goes on without", said.text);
+    } else {
+        fv_plan_add(&s->plan, "thread", "sandbox", true, 0, "%s", said.text);
     }
     fv_plan_report(&s->plan, &s->session);
 }

@@ -4,6 +4,7 @@
 #include "platform/threads.h"
 
 #include "platform/arena.h"
+#include "platform/sandbox.h"
 
 #include <assert.h>
 #include <errno.h>
@@ -27,6 +28,10 @@ struct start {
 static struct start starts[FV_WORKERS_MAX];
 static pthread_t handles[FV_WORKERS_MAX];
 static pthread_t devices[FV_DEVICE_THREADS_MAX];
+struct device_start {
+    void *(*function)(void *);
+    void *context;
+};
 static int device_count;
 
 int fv_threads_cores(void)
@@ -176,6 +181,14 @@ void fv_workers_stop(struct fv_workers *w)
     w->count = 1;
 }
 
+/* What it is to run lies at the low end of its stack. */
+static void *device_main(void *argument)
+{
+    struct device_start start = *(struct device_start *)argument;
+    fv_sandbox_enter_device();
+    return start.function(start.context);
+}
+
 int fv_thread_start(pthread_t *thread, const char *name, enum fv_urgency urgency, void *(*function)(void *),
                     void *context, struct fv_error *error)
 {
@@ -185,10 +198,11 @@ int fv_thread_start(pthread_t *thread, const char *name, enum fv_urgency urgency
     sigfillset(&all);
     pthread_attr_init(&attributes);
     char *stack = fv_arena_take(fv_arena(), "device stacks", FV_DEVICE_STACK_BYTES, 4096);
+    *(struct device_start *)stack = (struct device_start){function, context};
     pthread_attr_setstack(&attributes, stack, FV_DEVICE_STACK_BYTES);
     pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
     pthread_sigmask(SIG_SETMASK, &all, &before);
-    int failed = pthread_create(thread, &attributes, function, context);
+    int failed = pthread_create(thread, &attributes, device_main, stack);
     pthread_sigmask(SIG_SETMASK, &before, NULL);
     pthread_attr_destroy(&attributes);
     if (failed) return fv_error_set(error, "thread %s: %s", name, strerror(failed));
