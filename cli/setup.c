@@ -26,6 +26,9 @@ int fv_setup_open(struct fv_setup *s, const struct fv_config_request *request, s
 {
     const struct fv_method *method;
     if (fv_config_load(&s->config, request, error)) return -1;
+    struct fv_error why;
+    if (s->config.threads_cores[0] && fv_threads_keep_to(s->config.threads_cores, &why))
+        return fv_config_error(error, "threads.cores", "%s", why.text);
     fv_arena_limit(fv_arena(), (size_t)s->config.budget_memory_mb << 20);
     method = fv_setup_method(s->config.method_name, "method.name", error);
     if (!method) return -1;

@@ -83,7 +83,6 @@ static const struct rule {
     {SYS_pause, FIRST | DEVICE, 0, 0},
     {SYS_rename, FIRST, 0, 0},
     {SYS_unlink, FIRST, 0, 0},
-    {SYS_alarm, FIRST, 0, 0},
 #endif
 #ifdef SYS_renameat
     {SYS_renameat, FIRST, 0, 0},

@@ -11,6 +11,7 @@
 #include <linux/futex.h>
 #include <sched.h>
 #include <signal.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -40,6 +41,30 @@ int fv_threads_cores(void)
     if (sched_getaffinity(0, sizeof set, &set) != 0) return 1;
     int cores = CPU_COUNT(&set);
     return cores < 1 ? 1 : cores > FV_WORKERS_MAX ? FV_WORKERS_MAX : cores;
+}
+
+int fv_threads_keep_to(const char *cores, struct fv_error *error)
+{
+    cpu_set_t set;
+    const char *at = cores;
+    CPU_ZERO(&set);
+    for (bool more = true; more; at++) {
+        char *end;
+        long first = strtol(at, &end, 10), last = first;
+        if (end == at || first < 0) return fv_error_set(error, "'%.60s': must be numbers of cores, as in 4-7 or 0,2-3", cores);
+        if (*end == '-') {
+            at = end + 1;
+            last = strtol(at, &end, 10);
+            if (end == at) last = -1;
+        }
+        if (last < first || last >= CPU_SETSIZE || (*end && *end != ','))
+            return fv_error_set(error, "'%.60s': must be numbers of cores, as in 4-7 or 0,2-3", cores);
+        for (long core = first; core <= last; core++) CPU_SET((int)core, &set);
+        at = end;
+        more = *end == ',';
+    }
+    if (sched_setaffinity(0, sizeof set, &set) == 0) return 0;
+    return fv_error_set(error, "%.60s: none of these cores may be used here (%s)", cores, strerror(errno));
 }
 
 static void relax(void)

@@ -31,6 +31,10 @@ struct fv_workers {
 /* Number of cores that this process may run on. */
 int fv_threads_cores(void);
 
+/* Leaves this process only the cores of the list, as in "4-7" or "0,2-3", threads that are started from now on too.
+ * Returns 0, or -1 with the error set: no such list, or none of these cores may be used. */
+int fv_threads_keep_to(const char *cores, struct fv_error *error);
+
 /* Starts `count` - 1 threads (1 to FV_WORKERS_MAX), their stacks taken from the arena.
  * Denormals are off in every worker.
  * Returns the number that could be started (at least 1). */
