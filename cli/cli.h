@@ -6,6 +6,7 @@
 #include "config/config.h"
 #include "display/display.h"
 #include "platform/files.h"
+#include "platform/realtime.h"
 #include "rt/frame/loop.h"
 #include "rt/scene/path.h"
 #include "sensors/sensors.h"
@@ -34,6 +35,8 @@ struct fv_arguments {
     int64_t recorded;        /* ... for so many frames; 0: there is none */
     int64_t frames;          /* --frames, -1 where it is not given */
     int points;              /* --points, 9 where it is not given */
+    const char *root;        /* --root: folder in whose place / is, NULL where it is not given */
+    bool json;               /* --json */
     double ppd;              /* --ppd, pixels per degree, 67 where it is not given */
     double fov_deg;          /* --fov, across the picture, 0 where it is not given */
     double gaze_px[2];       /* --gaze, where has_gaze */
@@ -62,6 +65,7 @@ int fv_verb_replay(const struct fv_arguments *arguments);
 int fv_verb_compare(const struct fv_arguments *arguments);
 int fv_verb_measure(const struct fv_arguments *arguments);
 int fv_verb_calibrate(const struct fv_arguments *arguments);
+int fv_verb_check(const struct fv_arguments *arguments);
 int fv_verb_plan(const struct fv_arguments *arguments);
 int fv_verb_help(const struct fv_arguments *arguments);
 int fv_verb_version(const struct fv_arguments *arguments);
@@ -102,8 +106,15 @@ void fv_setup_latch(struct fv_setup *setup, int64_t now_ns, int64_t show_ns, str
 enum { FV_RECORDS_MAX = 100000 };
 int fv_setup_take(struct fv_setup *setup, int64_t frames, struct fv_error *error);
 
+/* What the settings ask for of the board's extras. */
+struct fv_realtime_request fv_setup_realtime_request(const struct fv_config *config);
+
 /* The board's extras (platform/realtime.h), last of all before frames: asked of the machine where `apply` is
  * set, else only named. Each becomes a row of the plan, which then is whole: it goes into the session's report. */
 void fv_setup_realtime(struct fv_setup *setup, bool apply);
+
+/* Gives up what frames do not need (platform/sandbox.h), at the very last: files are made in `out` only from here on.
+ * A row of the plan, too. */
+void fv_setup_seal(struct fv_setup *setup, const char *out);
 
 #endif

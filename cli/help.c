@@ -1,5 +1,6 @@
 /* help: the verbs, and the settings from the same table that parses them. */
 #include "cli/cli.h"
+#include "cli/man.h"
 
 #include "platform/log.h"
 #include "rt/method/method.h"
@@ -47,6 +48,7 @@ int fv_verb_help(const struct fv_arguments *arguments)
     const char *topic = arguments->operand[0];
     if (fv_writer_open(&out, "-", &error)) return FV_EXIT_NOT_HELD;
     if (!topic) print_overview(&out);
+    if (topic && strcmp(topic, "man") == 0) fv_man_print(&out);
     for (int i = 0; topic && i < fv_verbs_count; i++)
         if (strcmp(fv_verbs[i].name, topic) == 0) print_verb(&out, &fv_verbs[i]);
     for (int i = 0; topic && i < fv_keys_count; i++) {

@@ -20,9 +20,11 @@ const struct fv_verb fv_verbs[] = {
      "error against run time: sweeps methods and levels on a scene; or a paper's table measured again; in --out"},
     {"calibrate", fv_verb_calibrate, "--config --set --out --points ", 0, "calibrate [--points 5|9|13]",
      "shows targets, fits the gaze to the eye cameras' frames: calibration.csv for eye.calibration, report, in --out"},
+    {"check", fv_verb_check, "--config --set --json --seconds --root ", 0, "check [--json] [--seconds S]",
+     "is this board ready for these settings: devices, permissions, clock, heat, rays/s, the level that the budget holds"},
     {"plan", fv_verb_plan, "--config --set --frames ", 0, "plan",
      "what this scene and method need, what is left out and why; no frame is run"},
-    {"help", fv_verb_help, "", 1, "help [VERB|SECTION|KEY]", "this; the settings of a section; one setting"},
+    {"help", fv_verb_help, "", 1, "help [VERB|SECTION|KEY|man]", "this; the settings of a section; one setting; the manual page"},
     {"version", fv_verb_version, "", 0, "version", "the version"},
 };
 const int fv_verbs_count = sizeof fv_verbs / sizeof fv_verbs[0];

@@ -143,16 +143,31 @@ static int read_part(struct fv_arguments *a, const char *value)
     return 0;
 }
 
-/* Returns 0, or -1 with the reason logged. */
+static int read_root(struct fv_arguments *a, const char *value)
+{
+    a->root = value;
+    return 0;
+}
+
+static int read_json(struct fv_arguments *a, const char *value)
+{
+    (void)value;
+    a->json = true;
+    return 0;
+}
+
+/* read returns 0, or -1 with the reason logged. */
 static const struct option {
     const char *name;
     int (*read)(struct fv_arguments *arguments, const char *value);
+    bool valued; /* a value belongs to it */
 } options[] = {
-    {"--config", read_config},   {"--set", read_set},       {"--out", read_out},
-    {"--frames", read_frames},   {"--ppd", read_ppd},       {"--gaze", read_gaze},
-    {"--fov", read_fov},         {"--method", read_method}, {"--level", read_level},
-    {"--seconds", read_seconds}, {"--shard", read_shard},   {"--merge", read_merge},
-    {"--table", read_table},     {"--part", read_part},     {"--points", read_points},
+    {"--config", read_config, true}, {"--set", read_set, true}, {"--out", read_out, true},
+    {"--frames", read_frames, true}, {"--ppd", read_ppd, true}, {"--gaze", read_gaze, true},
+    {"--fov", read_fov, true}, {"--method", read_method, true}, {"--level", read_level, true},
+    {"--seconds", read_seconds, true}, {"--shard", read_shard, true}, {"--merge", read_merge, true},
+    {"--table", read_table, true}, {"--part", read_part, true}, {"--root", read_root, true},
+    {"--points", read_points, true}, {"--json", read_json, false},
 };
 
 /* The option that `text` begins with, as far as the verb takes it; NULL otherwise. */
@@ -179,7 +194,9 @@ int fv_options_read(struct fv_arguments *a, const struct fv_verb *verb, int coun
         const struct option *o =
             find_option(verb, text[i], value ? (size_t)(value - text[i]) : strlen(text[i]));
         if (!o) return unusable("%s: this verb has no such option; see 'foveola help'", text[i]);
+        if (value && !o->valued) return unusable("%s takes no value", o->name);
         if (value) value++;
+        else if (!o->valued) value = "";
         else if (++i < count) value = text[i];
         else return unusable("%s: a value must follow", o->name);
         if (o->read(a, value)) return -1;

@@ -11,6 +11,7 @@
 #include "platform/heap.h"
 #include "platform/log.h"
 #include "platform/spool.h"
+#include "platform/watchdog.h"
 #include "sensors/sensors.h"
 
 #include <math.h>
@@ -93,6 +94,7 @@ static bool after(void *context, const struct fv_session *s, const struct fv_fra
     struct run *r = context;
     int64_t now_ns = fv_clock_now_ns(&fv_clock_monotonic);
     fv_record_decision(&record->decision);
+    fv_watchdog_feed(r->setup.config.budget_watchdog_s, now_ns);
     struct fv_frame_record whole = *record;
     whole.gaze_latency_ms = r->gaze_latency_ms;
     if (s->frames <= s->capacity) s->record[s->frames - 1] = whole;
@@ -167,6 +169,7 @@ static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error 
     if (read_decisions(r, a, error)) return -1;
     if (fv_display_open(&r->display, c, a->out, error)) return -1;
     heed_signals();
+    fv_watchdog_open();
     if (fv_folder_make(a->out, error)) return -1;
     if (strcmp(c->output_tape, "on") == 0 &&
         fv_record_open(c, r->setup.session.stage, r->setup.plan.passes, a->out, &r->spooler, error))
@@ -174,6 +177,7 @@ static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error 
     if (record_devices(r, a->out, error)) return -1;
     if (open_frames_csv(r, a->out, error) || fv_spooler_start(&r->spooler, error)) return -1;
     fv_setup_realtime(&r->setup, true);
+    fv_setup_seal(&r->setup, a->out);
     return 0;
 }
 
@@ -263,7 +267,9 @@ int fv_verb_run(const struct fv_arguments *a)
     }
     struct fv_loop_io io = {&r, latch, wants, present, r.decided > 0 ? decided : NULL, after};
     fv_heap_seal(strcmp(r.setup.config.threads_sealed_heap, "fatal") == 0);
+    fv_watchdog_feed(r.setup.config.budget_watchdog_s, fv_clock_now_ns(&fv_clock_monotonic));
     fv_loop_run(&r.setup.loop, &io, r.frames);
+    fv_watchdog_feed(0, 0);
     fv_sensors_close(r.setup.sensors);
     fv_spooler_stop(&r.spooler);
     fill_session(&r);

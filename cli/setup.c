@@ -3,7 +3,8 @@
 
 #include "cli/record.h"
 #include "platform/arena.h"
-#include "platform/realtime.h"
+#include "platform/log.h"
+#include "platform/sandbox.h"
 
 #include <string.h>
 
@@ -25,6 +26,9 @@ int fv_setup_open(struct fv_setup *s, const struct fv_config_request *request, s
 {
     const struct fv_method *method;
     if (fv_config_load(&s->config, request, error)) return -1;
+    struct fv_error why;
+    if (s->config.threads_cores[0] && fv_threads_keep_to(s->config.threads_cores, &why))
+        return fv_config_error(error, "threads.cores", "%s", why.text);
     fv_arena_limit(fv_arena(), (size_t)s->config.budget_memory_mb << 20);
     method = fv_setup_method(s->config.method_name, "method.name", error);
     if (!method) return -1;
@@ -42,6 +46,7 @@ int fv_setup_start(struct fv_setup *s, bool gaze, struct fv_error *error)
     static struct fv_config needed;
     needed = s->config;
     if (!gaze) strcpy(needed.eye_source, "none");
+    fv_sandbox_ask(strcmp(s->config.threads_sandbox, "on") == 0);
     if (fv_sensors_open(&s->sensors, &needed, error)) return -1;
     fv_workers_start(&s->workers, s->plan.workers);
     return 0;
@@ -96,14 +101,18 @@ int fv_setup_take(struct fv_setup *s, int64_t frames, struct fv_error *error)
     return 0;
 }
 
+struct fv_realtime_request fv_setup_realtime_request(const struct fv_config *c)
+{
+    return (struct fv_realtime_request){.pin = strcmp(c->threads_pin, "on") == 0,
+                                        .fifo_priority = (int)c->threads_fifo,
+                                        .lock_memory = strcmp(c->threads_lock_memory, "on") == 0,
+                                        .cpu_latency_us = (int)c->threads_cpu_latency_us,
+                                        .root = ""};
+}
+
 void fv_setup_realtime(struct fv_setup *s, bool apply)
 {
-    const struct fv_config *c = &s->config;
-    struct fv_realtime_request request = {.pin = strcmp(c->threads_pin, "on") == 0,
-                                          .fifo_priority = (int)c->threads_fifo,
-                                          .lock_memory = strcmp(c->threads_lock_memory, "on") == 0,
-                                          .cpu_latency_us = (int)c->threads_cpu_latency_us,
-                                          .root = ""};
+    struct fv_realtime_request request = fv_setup_realtime_request(&s->config);
     struct fv_realtime_row row[FV_REALTIME_EXTRAS];
     if (apply) fv_realtime_apply(&request, &s->workers, row);
     else fv_realtime_ask(&request, row);
@@ -111,6 +120,20 @@ void fv_setup_realtime(struct fv_setup *s, bool apply)
         bool refused = apply && row[i].asked && !row[i].granted;
         fv_plan_add(&s->plan, "thread", row[i].what, row[i].asked && !refused, 0, "%s%s", refused ? "refused: " : "",
                     row[i].reason);
+    }
+    fv_plan_report(&s->plan, &s->session);
+}
+
+void fv_setup_seal(struct fv_setup *s, const char *out)
+{
+    struct fv_error said;
+    if (strcmp(s->config.threads_sandbox, "on") != 0) {
+        fv_plan_add(&s->plan, "thread", "sandbox", false, 0, "threads.sandbox is off");
+    } else if (fv_sandbox_seal(&s->workers, out, &said)) {
+        fv_plan_add(&s->plan, "thread", "sandbox", false, 0, "refused: %s", said.text);
+        fv_log("threads.sandbox: refused: %s; it goes on without", said.text);
+    } else {
+        fv_plan_add(&s->plan, "thread", "sandbox", true, 0, "%s", said.text);
     }
     fv_plan_report(&s->plan, &s->session);
 }

@@ -4,12 +4,14 @@
 #include "platform/threads.h"
 
 #include "platform/arena.h"
+#include "platform/sandbox.h"
 
 #include <assert.h>
 #include <errno.h>
 #include <linux/futex.h>
 #include <sched.h>
 #include <signal.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/syscall.h>
 #include <time.h>
@@ -28,6 +30,10 @@ struct start {
 static struct start starts[FV_WORKERS_MAX];
 static pthread_t handles[FV_WORKERS_MAX];
 static pthread_t devices[FV_DEVICE_THREADS_MAX];
+struct device_start {
+    void *(*function)(void *);
+    void *context;
+};
 static int device_count;
 
 int fv_threads_cores(void)
@@ -36,6 +42,30 @@ int fv_threads_cores(void)
     if (sched_getaffinity(0, sizeof set, &set) != 0) return 1;
     int cores = CPU_COUNT(&set);
     return cores < 1 ? 1 : cores > FV_WORKERS_MAX ? FV_WORKERS_MAX : cores;
+}
+
+int fv_threads_keep_to(const char *cores, struct fv_error *error)
+{
+    cpu_set_t set;
+    const char *at = cores;
+    CPU_ZERO(&set);
+    for (bool more = true; more; at++) {
+        char *end;
+        long first = strtol(at, &end, 10), last = first;
+        if (end == at || first < 0) return fv_error_set(error, "'%.60s': must be numbers of cores, as in 4-7 or 0,2-3", cores);
+        if (*end == '-') {
+            at = end + 1;
+            last = strtol(at, &end, 10);
+            if (end == at) last = -1;
+        }
+        if (last < first || last >= CPU_SETSIZE || (*end && *end != ','))
+            return fv_error_set(error, "'%.60s': must be numbers of cores, as in 4-7 or 0,2-3", cores);
+        for (long core = first; core <= last; core++) CPU_SET((int)core, &set);
+        at = end;
+        more = *end == ',';
+    }
+    if (sched_setaffinity(0, sizeof set, &set) == 0) return 0;
+    return fv_error_set(error, "%.60s: none of these cores may be used here (%s)", cores, strerror(errno));
 }
 
 static void relax(void)
@@ -177,6 +207,14 @@ void fv_workers_stop(struct fv_workers *w)
     w->count = 1;
 }
 
+/* What it is to run lies at the low end of its stack. */
+static void *device_main(void *argument)
+{
+    struct device_start start = *(struct device_start *)argument;
+    fv_sandbox_enter_device();
+    return start.function(start.context);
+}
+
 int fv_thread_start(pthread_t *thread, const char *name, enum fv_urgency urgency, void *(*function)(void *),
                     void *context, struct fv_error *error)
 {
@@ -186,10 +224,11 @@ int fv_thread_start(pthread_t *thread, const char *name, enum fv_urgency urgency
     sigfillset(&all);
     pthread_attr_init(&attributes);
     char *stack = fv_arena_take(fv_arena(), "device stacks", FV_DEVICE_STACK_BYTES, 4096);
+    *(struct device_start *)stack = (struct device_start){function, context};
     pthread_attr_setstack(&attributes, stack, FV_DEVICE_STACK_BYTES);
     if (sched_getscheduler(0) != SCHED_OTHER) pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
     pthread_sigmask(SIG_SETMASK, &all, &before);
-    int failed = pthread_create(thread, &attributes, function, context);
+    int failed = pthread_create(thread, &attributes, device_main, stack);
     pthread_sigmask(SIG_SETMASK, &before, NULL);
     pthread_attr_destroy(&attributes);
     if (failed) return fv_error_set(error, "thread %s: %s", name, strerror(failed));

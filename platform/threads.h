@@ -31,6 +31,10 @@ struct fv_workers {
 /* Number of cores that this process may run on. */
 int fv_threads_cores(void);
 
+/* Leaves this process only the cores of the list, as in "4-7" or "0,2-3", threads that are started from now on too.
+ * Returns 0, or -1 with the error set: no such list, or none of these cores may be used. */
+int fv_threads_keep_to(const char *cores, struct fv_error *error);
+
 /* Starts `count` - 1 threads (1 to FV_WORKERS_MAX), their stacks taken from the arena.
  * Denormals are off in every worker.
  * Returns the number that could be started (at least 1). */
@@ -57,7 +61,8 @@ void fv_workers_stop(struct fv_workers *workers);
  * files can wait. */
 enum fv_urgency { FV_CAN_WAIT, FV_URGENT };
 
-/* Starts a thread beside the workers, its stack taken from the arena ("device stacks"); no signal reaches it. An
+/* Starts a thread beside the workers, its stack taken from the arena ("device stacks"); no signal reaches it, and it keeps
+ * to its list of system calls where that is asked for (sandbox.h). An
  * ordinary one, whatever class the caller is of. name: at most 15 characters, as the system shows it. At most
  * FV_DEVICE_THREADS_MAX urgent ones. Returns 0, or -1 with the error set. */
 int fv_thread_start(pthread_t *thread, const char *name, enum fv_urgency urgency, void *(*function)(void *),

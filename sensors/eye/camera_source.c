@@ -53,8 +53,8 @@ int fv_camera_source_eyes(struct fv_eye_settings eye[2], const struct fv_config 
     return 0;
 }
 
-static void set_camera(struct fv_camera_settings *camera, const struct fv_config *config, const char *key,
-                       const char *path)
+void fv_camera_settings_of(struct fv_camera_settings *camera, const struct fv_config *config, const char *key,
+                           const char *path)
 {
     *camera = (struct fv_camera_settings){.key = key,
                                           .format = fv_camera_format_named(config->eye_format),
@@ -75,8 +75,8 @@ int fv_camera_source_settings(struct fv_watch_settings *settings, const struct f
     *settings = (struct fv_watch_settings){.cameras = config->eye_device_right[0] ? 2 : 1,
                                            .settle_s = config->eye_settle_ms * 1e-3};
     if (fv_camera_source_eyes(settings->eye, config, settings->cameras, error)) return -1;
-    set_camera(&settings->camera[0], config, "eye.device", config->eye_device);
-    set_camera(&settings->camera[1], config, "eye.device_right", config->eye_device_right);
+    fv_camera_settings_of(&settings->camera[0], config, "eye.device", config->eye_device);
+    fv_camera_settings_of(&settings->camera[1], config, "eye.device_right", config->eye_device_right);
     return 0;
 }
 

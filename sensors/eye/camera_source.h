@@ -12,6 +12,10 @@
 
 struct fv_camera_source; /* opaque, in the arena */
 
+/* How a camera at that path is to be opened by the settings; `key`: the one that names it. */
+void fv_camera_settings_of(struct fv_camera_settings *camera, const struct fv_config *config, const char *key,
+                          const char *path);
+
 /* Opens the cameras of the settings and starts to watch them, or makes simulated ones. 0, or -1 with the
  * error set. */
 int fv_camera_source_open(struct fv_camera_source **source, const struct fv_config *config,

@@ -30,7 +30,7 @@ static void load(struct fv_config *config, const char *file, const char *set)
 /* Calls check(kind, name, path) for every file of every kind; fails where a kind has too few. */
 static void each_file(void (*check)(int kind, const char *name, const char *path))
 {
-    static const size_t least[KINDS] = {5, 4, 2};
+    static const size_t least[KINDS] = {5, 4, 5};
     for (int kind = 0; kind < KINDS; kind++) {
         char pattern[512], name[64];
         glob_t found;

@@ -1,8 +1,9 @@
-/* imu_probe SECONDS [KEY=VALUE...]: the head from imu.source=usb, latched 90 times a second with the heap sealed, as
- * `run` does; then what was counted, one `name value` a line. Runs in the virtual machine of tests/vm. */
+/* imu_probe SECONDS [KEY=VALUE...]: the head from imu.source=usb, latched 90 times a second with the heap sealed and
+ * the sensor's thread kept to its list of system calls, as `run` does; then what was counted, one `name value` a line. Runs in the virtual machine of tests/vm. */
 #include "platform/clock.h"
 #include "platform/heap.h"
 #include "platform/log.h"
+#include "platform/sandbox.h"
 #include "sensors/imu/usb_memory.h"
 #include "sensors/sensors.h"
 
@@ -35,6 +36,7 @@ int main(int count, char **text)
     struct fv_config_request request = {.sets = 2, .set = {"imu.source=usb", "eye.source=none"}};
     struct fv_sensors *sensors;
     struct fv_error error;
+    fv_sandbox_ask(true);
     for (int i = 2; i < count; i++) request.set[request.sets++] = text[i];
     if (fv_config_load(&config, &request, &error) || fv_sensors_open(&sensors, &config, &error)) {
         fv_log("%s", error.text);
