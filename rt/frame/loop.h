@@ -36,6 +36,8 @@ struct fv_loop {
     struct fv_trace *trace;
     struct fv_session *session;
     struct fv_frame frame;
+    struct fv_lens lens[2];
+    struct fv_bend bend[2];
     struct fv_pose head; /* of the newest frame; kept where the next one's is none */
     struct fv_budget budget;
     struct fv_pace pace;
