@@ -122,7 +122,7 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
     f->keeps_history = plan->history;
     f->kernels = fv_kernels_for(tracer->isa, plan->variant);
     fv_plan_take(plan, f, workers->count);
-    for (int e = 0; e < 2; e++) fv_optics_lens(config, e, &loop->lens[e], &loop->bend[e]);
+    fv_loop_look(loop, config);
     if (f->fringe) fv_fringe_set(f->fringe, &loop->bend[0]);
     if (plan->map_side) fv_visibility_make(tracer, plan->map_side, f->kernels->map_row, workers);
     loop->trace = fv_trace_create(workers->count);
@@ -146,6 +146,12 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
     session->record =
         fv_arena_take(fv_arena(), "frame records", (size_t)session->capacity * sizeof *session->record, 64);
     fv_plan_report(plan, session);
+}
+
+void fv_loop_look(struct fv_loop *loop, const struct fv_config *config)
+{
+    loop->config = config;
+    for (int e = 0; e < 2; e++) fv_optics_lens(config, e, &loop->lens[e], &loop->bend[e]);
 }
 
 void fv_loop_view(const struct fv_loop *loop, int e, const struct fv_pose *head, const double gaze[3],

@@ -61,6 +61,9 @@ void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t fram
 void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3],
                    double uncertainty_deg, int64_t t_ns, struct fv_frame_record *record);
 
+/* Takes the settings' lenses, which is all that fv_loop_view wants; fv_loop_open does so, too. */
+void fv_loop_look(struct fv_loop *loop, const struct fv_config *config);
+
 /* Eye e's view (0 left, 1 right): the head's pose moved half the distance between the eyes sideways. */
 void fv_loop_view(const struct fv_loop *loop, int e, const struct fv_pose *head, const double gaze[3],
                   struct fv_view *view);

@@ -5,7 +5,7 @@
 #define fringe FV_ISA_NAME(fv_fringe)
 void fringe(const struct fv_fringe_row *row);
 
-/* The channel at `shift` bits, bilinear, rounded. */
+/* The channel at `shift` bits, bilinear, rounded: of squares, as light adds up, so that edges stay in their place. */
 static inline vi channel_at(const struct fv_fringe_row *r, vf px, vf py, int shift)
 {
     vf x = vf_clamp(px - 0.5f, 0, (float)(r->width - 1)), y = vf_clamp(py - 0.5f, 0, (float)(r->height - 1));
@@ -15,9 +15,10 @@ static inline vi channel_at(const struct fv_fringe_row *r, vf px, vf py, int shi
     for (int k = 0; k < 4; k++) {
         vi from = at + (k & 1 ? right : vi_of(0)) + (k & 2 ? down : vi_of(0));
         tap[k] = vf_from((vi_gather(r->green, from) >> shift) & 255);
+        tap[k] *= tap[k];
     }
     vf upper = tap[0] + (tap[1] - tap[0]) * fx, lower = tap[2] + (tap[3] - tap[2]) * fx;
-    return vi_from(upper + (lower - upper) * fy + 0.5f);
+    return vi_from(vf_sqrt(vf_max(upper + (lower - upper) * fy, vf_of(0))) + 0.5f);
 }
 
 static inline vf ratio_at(const float *ratio, vf step)

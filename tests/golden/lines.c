@@ -5,7 +5,7 @@
 #include "rt/pass/fringe.h"
 #include "tests/support/small_scene.h"
 
-enum { WIDTH = 320, HEIGHT = 352, BARS = 7, REACH = 5, POINTS = 512 };
+enum { WIDTH = 320, HEIGHT = 352, BARS = 7, REACH = 5, GROUP = 8, POINTS = 512, BORDER = 12 /* blue comes from up to so many pixels farther out */ };
 
 static const struct lens_case {
     const char *name, *k, *red, *blue, *visible;
@@ -29,7 +29,7 @@ static struct fv_workers workers;
 static void build_bars(void)
 {
     struct fv_material m = fv_material_default();
-    for (int c = 0; c < 3; c++) m.diffuse[c] = 0, m.emission[c] = 0.45f;
+    for (int c = 0; c < 3; c++) m.diffuse[c] = 0, m.emission[c] = 0.5f;
     int material = fv_build_material(s.small.build, &m);
     for (int i = 0; i < BARS; i++) {
         double y = 1.1 * (i - BARS / 2) + 0.07, corner[3] = {-40, y - 40 * 0.03, -2}, u[3] = {80, 80 * 0.03, 0}, v[3] = {0, 0.5, 0};
@@ -41,7 +41,7 @@ static void begin(const struct lens_case *of)
 {
     struct fv_config_request q = {.sets = 14,
                                   .set = {"display.eyes=1", "display.lens=radial", of->unit, of->k, of->red, of->blue, of->visible, "display.lens_x_px=157.3",
-                                          "display.lens_y_px=178.6", "display.width=320", "display.height=352", "method.name=full", "method.spp=36",
+                                          "display.lens_y_px=178.6", "display.width=320", "display.height=352", "method.name=full", "method.spp=144",
                                           "scene.ambient=0 0 0"}};
     struct fv_error error;
     memset(&s, 0, sizeof s);
@@ -49,7 +49,7 @@ static void begin(const struct lens_case *of)
     s.small.build = fv_build_create("bars");
     build_bars();
     small_finish(&s.small);
-    for (int c = 0; c < 3; c++) s.small.scene.sky[c] = 0.2f;
+    for (int c = 0; c < 3; c++) s.small.scene.sky[c] = 0.25f;
     fv_frame_size(&s.loop.frame, &s.small.config);
     fv_plan_make(&s.plan, fv_method_find("full"), &s.small.scene, &s.small.config, &s.loop.frame);
     fv_loop_open(&s.loop, &s.small.config, &s.plan, &s.small.tracer, &workers, &s.session, 1);
@@ -135,22 +135,32 @@ static double found_at(float picture[HEIGHT][WIDTH], int x, bool turned, double 
     const struct fv_bend *b = &s.loop.frame.view[0].bend;
     int first = (int)floor(expected) - REACH, end = (int)floor(expected) + REACH, most = turned ? WIDTH : HEIGHT;
     double value[2 * REACH + 1], sum = 0;
-    if (first < 3 || end >= most - 3) return -1;
+    if (first < BORDER || end >= most - BORDER) return -1;
     for (int i = first; i <= end; i++) {
         int px = turned ? i : x, py = turned ? x : i;
         if (fv_bend_square(b, (float)px + 0.5f, (float)py + 0.5f) > 0.9f * b->shown * b->shown) return -1;
         value[i - first] = (double)picture[py][px];
     }
     double low = value[0], high = value[2 * REACH];
-    if (fabs(low - value[1]) > 0.02 || fabs(high - value[2 * REACH - 1]) > 0.02 || fabs(low - high) < 0.1) return -1;
+    if (fabs(low - value[1]) > 0.01 || fabs(high - value[2 * REACH - 1]) > 0.01 || fabs(low - high) < 0.08) return -1;
     for (int i = 0; i <= 2 * REACH; i++) sum += (value[i] - high) / (low - high);
     return first + sum;
 }
 
+/* Points side by side are taken together: samples in rows and columns tell an edge to a sixth of a pixel. */
 struct fit {
-    int count;
-    double at[POINTS][2], stretch[POINTS];
+    int count, group;
+    double at[POINTS][2], stretch[POINTS], off[POINTS]; /* sums of GROUP, the last one's of `group` */
 };
+
+static void add_point(struct fit *f, const double at[2], double stretch, double off)
+{
+    if (f->group == 0) f->at[f->count][0] = f->at[f->count][1] = f->stretch[f->count] = f->off[f->count] = 0;
+    for (int i = 0; i < 2; i++) f->at[f->count][i] += at[i] / GROUP;
+    f->stretch[f->count] += stretch / GROUP;
+    f->off[f->count] += off / GROUP;
+    if (++f->group == GROUP) f->count++, f->group = 0;
+}
 
 /* Greatest distance of the points from the line that fits them best, in pixels of the display. */
 static double bend_of(const struct fit *f)
@@ -178,19 +188,18 @@ static void look_along(int c, int edge, bool turned, float picture[HEIGHT][WIDTH
 {
     static struct fit fit;
     double n[2], d;
-    fit.count = 0;
+    fit.count = fit.group = 0;
     if (!line_of(edge, n, &d)) return;
-    for (int x = 0; x < (turned ? HEIGHT : WIDTH); x++) {
+    for (int x = BORDER; x < (turned ? HEIGHT : WIDTH) - BORDER; x++) {
         double expected = expected_at(c, x, turned, n, d), found;
         if (expected < 0 || (found = found_at(picture, x, turned, expected)) < 0) continue;
         double px = turned ? found : x + 0.5, py = turned ? x + 0.5 : found, here[2], there[2];
         seen_at(c, px, py, here);
         seen_at(c, px + (turned ? 0.5 : 0), py + (turned ? 0 : 0.5), there);
-        v->off = fmax(v->off, fabs(found - expected));
-        memcpy(fit.at[fit.count], here, sizeof here);
-        fit.stretch[fit.count++] = 2 * hypot(there[0] - here[0], there[1] - here[1]);
+        add_point(&fit, here, 2 * hypot(there[0] - here[0], there[1] - here[1]), found - expected);
     }
-    if (fit.count < 40) return;
+    if (fit.count < 8) return;
+    for (int i = 0; i < fit.count; i++) v->off = fmax(v->off, fabs(fit.off[i]));
     v->lines++;
     v->points += fit.count;
     v->bent = fmax(v->bent, bend_of(&fit));
@@ -210,10 +219,10 @@ static void nothing_unseen(void)
             if (black != (square > end) && fabsf(square - end) > 1e-4f * end) fail_msg("pixel %d %d is %s", x, y, black ? "black" : "not black");
         }
     for (int y = 0; y < HEIGHT; y += FV_BLOCK)
-        for (int x = 0; x < WIDTH; x += FV_BLOCK) samples += fv_bend_beyond(b, (float)x, (float)y, (float)(x + FV_BLOCK), (float)(y + FV_BLOCK), 1) ? 0 : 16 * 36;
+        for (int x = 0; x < WIDTH; x += FV_BLOCK) samples += fv_bend_beyond(b, (float)x, (float)y, (float)(x + FV_BLOCK), (float)(y + FV_BLOCK), 1) ? 0 : 16 * 144;
     assert_int_equal(s.record.rays[FV_RAY_PRIMARY], samples);
-    assert_true(b->masks == (samples < WIDTH * HEIGHT * 36));
-    assert_true(fabs((double)s.record.sampled_fraction - (double)samples / (WIDTH * HEIGHT * 36.0)) < 1e-6);
+    assert_true(b->masks == (samples < WIDTH * HEIGHT * 144));
+    assert_true(fabs((double)s.record.sampled_fraction - (double)samples / (WIDTH * HEIGHT * 144.0)) < 1e-6);
 }
 
 static void straight_lines(void **state)
@@ -236,8 +245,8 @@ static void straight_lines(void **state)
                 for (int edge = 0; edge < 2 * BARS; edge++) look_along(c, edge, turned, picture, &v);
                 print_message("%s, %s, bars %s: %d lines, %d points, bent by %.3f px at most, off by %.3f\n", cases[k].name, channels[c],
                               turned ? "upright" : "across", v.lines, v.points, v.bent, v.off);
-                assert_true(v.lines >= 4 && v.points >= 400);
-                failed |= !(v.bent < 0.1 && v.off < 0.1);
+                assert_true(v.lines >= 4 && v.points >= 100);
+                failed |= !(v.bent < 0.1 && v.off < (c == 1 ? 0.1 : 0.15)); /* red and blue are mixed as shown, not as traced */
             }
         }
         fv_tracer_close(&s.small.tracer);

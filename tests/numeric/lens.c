@@ -231,7 +231,7 @@ static void maps(void **state)
     assert_memory_equal(&behind, &as_it_was, sizeof behind);
 }
 
-/* Red and blue on a ramp, which bilinear lookups show as it is; green untouched. Every instruction set. */
+/* Red and blue on a ramp, which bilinear lookups show nearly as it is (by squares, least so where it is dark); green untouched. Every instruction set. */
 static void fringes(void **state)
 {
     (void)state;
@@ -260,7 +260,7 @@ static void fringes(void **state)
                         for (int i = 0; i < 2; i++) from[i] = (double)(b.centre[i] + (pinhole[i] - b.centre[i]) * factor);
                         fv_bend_bent(&b, from, to);
                         double expected = fmax(0, fmin(SIZE - 1, (c ? to[1] : to[0]) - 0.5)), got = (double)(row[x] >> 16 * c & 255);
-                        if (!(fabs(got - expected) < 0.51)) fail_msg("lens %d, channel %d, pixel %d %d: %g, not %g", k, c, x, y, got, expected);
+                        if (!(fabs(got - expected) < (expected > 4 ? 0.54 : 0.8))) fail_msg("lens %d, channel %d, pixel %d %d: %g, not %g", k, c, x, y, got, expected);
                     }
                 }
             }
