@@ -71,7 +71,7 @@ static void choose_lens(struct fv_plan *p, const struct fv_config *config, const
     if (b->on) fv_plan_add(p, "feature", "lens", true, 0, "display.lens is radial: rays go straight through it, no warp pass; k %g %g %g", (double)b->k[0], (double)b->k[1], (double)b->k[2]);
     else fv_plan_add(p, "feature", "lens", false, 0, "display.lens is none: rays are a pinhole's");
     if (unseen > 0)
-        fv_plan_add(p, "feature", "unseen pixels", false, 0, "%lld of %lld, %.1f %%: beyond r = %.4f no eye sees them through the lens; never traced",
+        fv_plan_add(p, "feature", "unseen pixels", false, 0, "%lld of %lld, %.1f %%: beyond r = %.4f no eye sees them; none is traced but in 4 x 4 blocks at the rim",
                     (long long)unseen, (long long)pixels, 100 * (double)unseen / (double)pixels, (double)b->shown);
 }
 
