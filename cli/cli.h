@@ -89,6 +89,10 @@ struct fv_setup {
 /* Settings, scene, tracer and plan. Returns 0, or -1 with the error set. */
 int fv_setup_open(struct fv_setup *setup, const struct fv_config_request *request, struct fv_error *error);
 
+/* 0 where pictures are a pinhole's, as those must be that are compared by eccentricity and between frames; else -1 with
+ * the error set. */
+int fv_setup_pinhole(const struct fv_config *config, struct fv_error *error);
+
 /* The method of that name; NULL with the error set, which says which `key` named it. */
 const struct fv_method *fv_setup_method(const char *name, const char *key, struct fv_error *error);
 

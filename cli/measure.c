@@ -25,7 +25,7 @@ static int open_sweep(struct measure *m, const struct fv_arguments *a, struct fv
                                      .shard = given->shard,
                                      .shards = given->shards,
                                      .seconds = given->seconds > 0 ? given->seconds : FV_SWEEP_SECONDS};
-    if (fv_setup_open(&m->setup, &a->request, error)) return -1;
+    if (fv_setup_open(&m->setup, &a->request, error) || fv_setup_pinhole(&m->setup.config, error)) return -1;
     if (given->method && fv_setup_method(given->method, "--method", error) == NULL) return -1;
     if (fv_setup_start(&m->setup, true, error)) return -1;
     if (fv_sweep_open(&m->sweep, &m->setup.config, &m->setup.tracer, &m->setup.workers, &io, &choice, a->out,

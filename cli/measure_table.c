@@ -156,7 +156,7 @@ static int settings_of(const struct fv_table_part *part, struct fv_config *confi
         fv_error_set(error, "this program has no such scene");
         return 1;
     }
-    if (request_of(part, &request, error) || fv_config_load(config, &request, error)) return -1;
+    if (request_of(part, &request, error) || fv_config_load(config, &request, error) || fv_setup_pinhole(config, error)) return -1;
     walk_at(config, part);
     return 0;
 }

@@ -36,9 +36,15 @@ int fv_setup_open(struct fv_setup *s, const struct fv_config_request *request, s
     if (s->change) s->change(s->change_context, s);
     if (fv_tracer_open(&s->tracer, &s->scene, &s->config, error)) return -1;
     fv_frame_size(&s->loop.frame, &s->config);
-    s->loop.config = &s->config; /* all that fv_loop_view wants */
+    fv_loop_look(&s->loop, &s->config);
     fv_plan_make(&s->plan, method, &s->scene, &s->config, &s->loop.frame);
     return 0;
+}
+
+int fv_setup_pinhole(const struct fv_config *c, struct fv_error *error)
+{
+    if (strcmp(c->display_lens, "none") == 0) return 0;
+    return fv_config_error(error, "display.lens", "%s: pictures are measured as a pinhole shows them; none would be right", c->display_lens);
 }
 
 int fv_setup_start(struct fv_setup *s, bool gaze, struct fv_error *error)

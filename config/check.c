@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <string.h>
 
 static int check_order(const struct fv_config *c, struct fv_error *error)
 {
@@ -33,6 +34,9 @@ static int check_lists(const struct fv_config *c, struct fv_error *error)
         double least, most;
         bool whole;
     } rows[] = {
+        {"display.lens_k", &c->display_lens_k, -16, 16, false},
+        {"display.lens_red", &c->display_lens_red, -2, 2, false},
+        {"display.lens_blue", &c->display_lens_blue, -2, 2, false},
         {"selective.shape", &c->selective_shape, 0, 1e6, false},
         {"selective.samples", &c->selective_samples, 1, 64, true},
         {"selective.alpha", &c->selective_alpha, 0, 1, false},
@@ -57,9 +61,32 @@ static int check_lists(const struct fv_config *c, struct fv_error *error)
     return 0;
 }
 
+static int check_lens(const struct fv_config *c, struct fv_error *error)
+{
+    const struct {
+        const char *key;
+        double value, most;
+        const char *side;
+    } centre[] = {{"display.lens_x_px", c->display_lens_x_px, (double)c->display_width, "width"},
+                  {"display.lens_y_px", c->display_lens_y_px, (double)c->display_height, "height"}};
+    const struct {
+        const char *key;
+        const struct fv_list *list;
+    } channel[] = {{"display.lens_red", &c->display_lens_red}, {"display.lens_blue", &c->display_lens_blue}};
+    if (strcmp(c->display_lens, "none") == 0) return 0;
+    for (int i = 0; i < 2; i++) {
+        if (centre[i].value > centre[i].most)
+            return fv_config_error(error, centre[i].key, "%g lies beyond the picture: at most display.%s = %g", centre[i].value,
+                                   centre[i].side, centre[i].most);
+        if (channel[i].list->value[0] <= 0)
+            return fv_config_error(error, channel[i].key, "%g: its first number must be above 0; 1 is as green", channel[i].list->value[0]);
+    }
+    return 0;
+}
+
 int fv_config_check(const struct fv_config *c, struct fv_error *error)
 {
-    if (check_order(c, error) || check_lists(c, error)) return -1;
+    if (check_order(c, error) || check_lists(c, error) || check_lens(c, error)) return -1;
     if (c->method_support != 4 && c->method_support != 8 && c->method_support != 16)
         return fv_config_error(error, "method.support", "%lld: must be 4, 8 or 16",
                                (long long)c->method_support);

@@ -16,10 +16,8 @@ float fv_foveal_probability(const struct fv_foveal *f, float e)
 float fv_eccentricity_deg(const struct fv_view *view, float x, float y)
 {
     float d[3], c[3], cosine = 0;
-    for (int i = 0; i < 3; i++) {
-        d[i] = view->corner[i] + x * view->dx[i] + y * view->dy[i];
-        cosine += d[i] * view->gaze[i];
-    }
+    fv_view_direction(view, x, y, d);
+    for (int i = 0; i < 3; i++) cosine += d[i] * view->gaze[i];
     /* atan2 of sine and cosine: exact near 0 and 180, where acos is not. */
     c[0] = d[1] * view->gaze[2] - d[2] * view->gaze[1];
     c[1] = d[2] * view->gaze[0] - d[0] * view->gaze[2];

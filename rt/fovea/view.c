@@ -21,6 +21,13 @@ bool fv_lens_project(const struct fv_lens *lens, const double d[3], double pixel
 void fv_view_set(struct fv_view *view, const struct fv_lens *lens, const struct fv_pose *pose,
                  const double gaze[3])
 {
+    static const struct fv_bend none;
+    fv_view_set_bent(view, lens, &none, pose, gaze);
+}
+
+void fv_view_set_bent(struct fv_view *view, const struct fv_lens *lens, const struct fv_bend *bend, const struct fv_pose *pose,
+                      const double gaze[3])
+{
     double step_x = (lens->tan_left + lens->tan_right) / lens->width;
     double step_y = (lens->tan_up + lens->tan_down) / lens->height;
     double g[3] = {gaze[0], gaze[1], gaze[2]}, pixel[2];
@@ -35,14 +42,17 @@ void fv_view_set(struct fv_view *view, const struct fv_lens *lens, const struct 
     view->height = lens->height;
     view->pose = *pose;
     view->lens = *lens;
+    view->bend = *bend;
     view->pixel_size = (float)sqrt(step_x * step_y);
     view->pixel_deg = (float)(fmax(step_x, step_y) * 57.29577951308232);
+    if (bend->on) view->pixel_deg *= bend->widest_angle;
     for (int i = 0; i < 3; i++) view->origin[i] = (float)pose->position_m[i];
     scaled(pose, -lens->tan_left, lens->tan_up, -1, view->corner);
     scaled(pose, step_x, 0, 0, view->dx);
     scaled(pose, 0, -step_y, 0, view->dy);
     scaled(pose, g[0], g[1], g[2], view->gaze);
     if (!fv_lens_project(lens, g, pixel)) pixel[0] = copysign(1e6, g[0]), pixel[1] = copysign(1e6, -g[1]);
+    else if (bend->on) fv_bend_bent(bend, pixel, pixel);
     for (int i = 0; i < 2; i++) view->gaze_px[i] = (float)fmax(-1e6, fmin(1e6, pixel[i]));
 }
 
@@ -93,6 +103,47 @@ void fv_map_set(struct fv_map *map, const struct fv_view *now, const struct fv_v
     fv_map_set_moving(map, now, before, &still, &still);
 }
 
+void fv_view_at(const struct fv_view *view, float x, float y, struct fv_view *near)
+{
+    double a[2][3];
+    fv_bend_tangent(&view->bend, (double)x, (double)y, a);
+    *near = *view;
+    for (int i = 0; i < 3; i++) {
+        double dx = (double)view->dx[i], dy = (double)view->dy[i];
+        near->corner[i] = (float)((double)view->corner[i] + a[0][2] * dx + a[1][2] * dy);
+        near->dx[i] = (float)(a[0][0] * dx + a[1][0] * dy);
+        near->dy[i] = (float)(a[0][1] * dx + a[1][1] * dy);
+    }
+    near->pixel_size *= (float)sqrt(fabs(a[0][0] * a[1][1] - a[0][1] * a[1][0]));
+    near->bend.on = false;
+}
+
+void fv_map_bend(struct fv_map *map, const struct fv_bend *now, const struct fv_bend *before, float x, float y, float w)
+{
+    double a[2][3], b[2][3], from[2], to[3], m[3][4];
+    fv_bend_tangent(now, (double)x, (double)y, a);
+    for (int i = 0; i < 2; i++) from[i] = a[i][0] * (double)x + a[i][1] * (double)y + a[i][2];
+    for (int i = 0; i < 3; i++) {
+        double x0 = (double)map->m[i][0], y0 = (double)map->m[i][1];
+        to[i] = x0 * from[0] + y0 * from[1] + (double)map->m[i][2] + (double)map->t[i] * (double)w;
+        for (int k = 0; k < 3; k++) m[i][k] = x0 * a[0][k] + y0 * a[1][k] + (k == 2 ? (double)map->m[i][2] : 0);
+        m[i][3] = (double)map->t[i];
+    }
+    if (!(to[2] > 1e-3)) return;
+    double there[2] = {to[0] / to[2], to[1] / to[2]}, place[2];
+    for (int i = 0; i < 2; i++) there[i] = fmax(-1e6, fmin(1e6, there[i]));
+    fv_bend_bent(before, there, place);
+    fv_bend_tangent(before, place[0], place[1], b);
+    /* Its inverse: t grows wherever the lens bends. */
+    double unit = 1 / (b[0][0] * b[1][1] - b[0][1] * b[1][0]);
+    double back[2][2] = {{b[1][1] * unit, -b[0][1] * unit}, {-b[1][0] * unit, b[0][0] * unit}};
+    for (int k = 0; k < 4; k++) {
+        double u = m[0][k] - b[0][2] * m[2][k], v = m[1][k] - b[1][2] * m[2][k];
+        double out[3] = {back[0][0] * u + back[0][1] * v, back[1][0] * u + back[1][1] * v, m[2][k]};
+        for (int i = 0; i < 3; i++) *(k < 3 ? &map->m[i][k] : &map->t[i]) = (float)out[i];
+    }
+}
+
 float fv_map_apart(const struct fv_map *map, float x, float y, float reach)
 {
     float to[3];
@@ -104,11 +155,14 @@ float fv_map_apart(const struct fv_map *map, float x, float y, float reach)
 
 bool fv_map_still(const struct fv_map *map, const struct fv_view *now)
 {
+    const struct fv_bend *bend = &now->bend;
+    float limit = bend->on ? bend->least / 64 : 1 / 64.0f;
     for (int corner = 0; corner < 8; corner++) {
-        float x = corner & 1 ? (float)now->width : 0, y = corner & 2 ? (float)now->height : 0;
+        float at[2] = {corner & 1 ? (float)now->width : 0, corner & 2 ? (float)now->height : 0};
         float w = corner & 4 ? 2 : 0, to[3];
-        fv_map_point(map, x, y, w, to);
-        if (!(to[2] > 0.5f && fabsf(to[0] / to[2] - x) < 1 / 64.0f && fabsf(to[1] / to[2] - y) < 1 / 64.0f))
+        if (bend->on) fv_bend_straight(bend, at[0], at[1], at);
+        fv_map_point(map, at[0], at[1], w, to);
+        if (!(to[2] > 0.5f && fabsf(to[0] / to[2] - at[0]) < limit && fabsf(to[1] / to[2] - at[1]) < limit))
             return false;
     }
     return true;

@@ -2,8 +2,10 @@
 #include "rt/frame/loop.h"
 
 #include "platform/arena.h"
+#include "rt/frame/optics.h"
 #include "rt/pass/accumulate.h"
 #include "rt/pass/denoise.h"
+#include "rt/pass/fringe.h"
 
 #include <math.h>
 #include <string.h>
@@ -120,6 +122,8 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
     f->keeps_history = plan->history;
     f->kernels = fv_kernels_for(tracer->isa, plan->variant);
     fv_plan_take(plan, f, workers->count);
+    fv_loop_look(loop, config);
+    if (f->fringe) fv_fringe_set(f->fringe, &loop->bend[0]);
     if (plan->map_side) fv_visibility_make(tracer, plan->map_side, f->kernels->map_row, workers);
     loop->trace = fv_trace_create(workers->count);
     loop->period_ns = llround(1e9 / config->budget_hz);
@@ -137,27 +141,26 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
                                    .pixels = (int64_t)f->eyes * f->width * f->height};
     for (int i = 0; i < plan->passes; i++) session->stage[session->stages++] = plan->pass[i]->name;
     if (plan->present) session->stage[session->stages++] = fv_pass_present.name;
+    if (plan->fringes) session->stage[session->stages++] = fv_pass_fringe.name;
     session->capacity = frames;
     session->record =
         fv_arena_take(fv_arena(), "frame records", (size_t)session->capacity * sizeof *session->record, 64);
     fv_plan_report(plan, session);
 }
 
+void fv_loop_look(struct fv_loop *loop, const struct fv_config *config)
+{
+    loop->config = config;
+    for (int e = 0; e < 2; e++) fv_optics_lens(config, e, &loop->lens[e], &loop->bend[e]);
+}
+
 void fv_loop_view(const struct fv_loop *loop, int e, const struct fv_pose *head, const double gaze[3],
                   struct fv_view *view)
 {
-    const struct fv_config *c = loop->config;
-    double in = tan(c->display_fov_in_deg * degree), out = tan(c->display_fov_out_deg * degree);
-    struct fv_lens lens = {.tan_left = e == 0 ? out : in,
-                           .tan_right = e == 0 ? in : out,
-                           .tan_up = tan(c->display_fov_up_deg * degree),
-                           .tan_down = tan(c->display_fov_down_deg * degree),
-                           .width = loop->frame.width,
-                           .height = loop->frame.height};
-    double half = 0.0005 * c->display_ipd_mm;
+    double half = 0.0005 * loop->config->display_ipd_mm;
     struct fv_pose offset = {{e == 0 ? -half : half, 0, 0}, {1, 0, 0, 0}}, eye;
     fv_pose_compose(head, &offset, &eye);
-    fv_view_set(view, &lens, &eye, gaze);
+    fv_view_set_bent(view, &loop->lens[e], &loop->bend[e], &eye, gaze);
 }
 
 static void record_stage(struct fv_frame_record *r, int stage, int64_t deadline_ns,
@@ -391,12 +394,17 @@ static int64_t wait_for_turn(struct fv_loop *loop, int64_t *deadline_ns)
 
 static void present(struct fv_loop *loop, struct fv_frame_record *r, int64_t deadline_ns)
 {
+    static const struct fv_pass *const pass[] = {&fv_pass_present, &fv_pass_fringe};
     const struct fv_stage_limit unlimited = {.done = -1};
-    struct fv_stage_result stage;
-    fv_schedule_run(&loop->budget.schedule, &loop->frame, &fv_pass_present, &unlimited, &stage);
-    record_stage(r, loop->plan->passes, deadline_ns, &stage);
-    fv_budget_presented(&loop->budget, (double)(stage.end_ns - stage.start_ns));
-    r->frame_ms += r->stage_ms[loop->plan->passes];
+    double ns = 0;
+    for (int i = 0, at = loop->plan->passes; i < 1 + loop->plan->fringes; i++, at++) {
+        struct fv_stage_result stage;
+        fv_schedule_run(&loop->budget.schedule, &loop->frame, pass[i], &unlimited, &stage);
+        record_stage(r, at, deadline_ns, &stage);
+        ns += (double)(stage.end_ns - stage.start_ns);
+        r->frame_ms += r->stage_ms[at];
+    }
+    fv_budget_presented(&loop->budget, ns);
     r->missed = r->frame_ms > loop->session->period_ms;
 }
 

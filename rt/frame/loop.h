@@ -36,6 +36,8 @@ struct fv_loop {
     struct fv_trace *trace;
     struct fv_session *session;
     struct fv_frame frame;
+    struct fv_lens lens[2];
+    struct fv_bend bend[2];
     struct fv_pose head; /* of the newest frame; kept where the next one's is none */
     struct fv_budget budget;
     struct fv_pace pace;
@@ -58,6 +60,9 @@ void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t fram
  * ahead (fv_view_set). */
 void fv_loop_frame(struct fv_loop *loop, const struct fv_pose *head, const double gaze[2][3],
                    double uncertainty_deg, int64_t t_ns, struct fv_frame_record *record);
+
+/* Takes the settings' lenses, which is all that fv_loop_view wants; fv_loop_open does so, too. */
+void fv_loop_look(struct fv_loop *loop, const struct fv_config *config);
 
 /* Eye e's view (0 left, 1 right): the head's pose moved half the distance between the eyes sideways. */
 void fv_loop_view(const struct fv_loop *loop, int e, const struct fv_pose *head, const double gaze[3],

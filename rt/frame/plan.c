@@ -3,8 +3,10 @@
 
 #include "platform/arena.h"
 #include "platform/threads.h"
+#include "rt/frame/optics.h"
 #include "rt/frame/plan_buffers.h"
 #include "rt/frame/plan_features.h"
+#include "rt/pass/fringe.h"
 
 #include <assert.h>
 #include <stdarg.h>
@@ -40,6 +42,39 @@ void fv_frame_size(struct fv_frame *f, const struct fv_config *config)
     f->spacing = (int)config->method_support;
 }
 
+/* Pixels whose red and blue are seen elsewhere than their green, by the lens. */
+static void choose_fringe(struct fv_plan *p, const struct fv_config *config)
+{
+    struct fv_lens lens;
+    struct fv_bend bend;
+    fv_optics_lens(config, 0, &lens, &bend);
+    p->fringes = p->present && bend.fringes;
+    if (p->fringes) p->buffers |= FV_BIT(FV_GREEN);
+    fv_plan_add(p, "pass", "fringe", p->fringes, p->fringes ? (int64_t)sizeof(struct fv_fringe) : 0, "%s",
+                p->fringes           ? "display.lens_red, lens_blue: red and blue by shifted lookups, of green's picture"
+                : !bend.on      ? "display.lens is none: no colour parts"
+                : !bend.fringes ? "display.lens_red and lens_blue are as green"
+                                     : "nobody takes pictures");
+}
+
+/* The lens, and what of the picture no eye sees through it. */
+static void choose_lens(struct fv_plan *p, const struct fv_config *config, const struct fv_frame *f)
+{
+    int64_t unseen = 0, pixels = (int64_t)f->eyes * f->width * f->height;
+    struct fv_lens lens;
+    struct fv_bend bend = {.on = false};
+    for (int e = 0; e < f->eyes; e++) {
+        fv_optics_lens(config, e, &lens, &bend);
+        unseen += fv_optics_unseen(&lens, &bend);
+    }
+    const struct fv_bend *b = &bend;
+    if (b->on) fv_plan_add(p, "feature", "lens", true, 0, "display.lens is radial: rays go straight through it, no warp pass; k %g %g %g", (double)b->k[0], (double)b->k[1], (double)b->k[2]);
+    else fv_plan_add(p, "feature", "lens", false, 0, "display.lens is none: rays are a pinhole's");
+    if (unseen > 0)
+        fv_plan_add(p, "feature", "unseen pixels", false, 0, "%lld of %lld, %.1f %%: beyond r = %.4f no eye sees them; none is traced but in 4 x 4 blocks at the rim",
+                    (long long)unseen, (long long)pixels, 100 * (double)unseen / (double)pixels, (double)b->shown);
+}
+
 /* Passes that a frame runs: the method's and, where a sink takes pictures, present. */
 static void choose_passes(struct fv_plan *p, const struct fv_config *config)
 {
@@ -66,6 +101,7 @@ static void choose_passes(struct fv_plan *p, const struct fv_config *config)
                 p->present ? "display.sink is %s: it takes 8-bit pictures"
                            : "display.sink is %s: nobody takes pictures",
                 config->display_sink);
+    choose_fringe(p, config);
     p->history = (read & FV_BIT(FV_HISTORY_CACHE)) != 0;
     p->accumulates = (read & FV_BIT(FV_HISTORY_MEAN)) != 0;
     for (int n = 0; fv_method_at(n); n++)
@@ -282,6 +318,7 @@ void fv_plan_make(struct fv_plan *p, const struct fv_method *method, const struc
     choose_passes(p, config);
     fv_plan_choose_features(p, scene, config, frame);
     choose_buffers(p, frame);
+    choose_lens(p, config, frame);
     choose_scene(p, scene, config);
     choose_variant(p, scene);
     choose_workers(p, frame, config);
@@ -320,6 +357,7 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
     f->support_plane = f->stride / f->spacing * (f->rows / f->spacing);
     f->scratch = fv_arena_take(fv_arena(), "worker scratch", (size_t)workers * sizeof *f->scratch, 64);
     f->noise = p->noise ? fv_noise() : NULL;
+    if (p->fringes) f->fringe = fv_arena_take(fv_arena(), "fringe", sizeof *f->fringe, 64);
     if (!p->history && !(p->needs & FV_NEEDS_DENSITIES)) return;
     f->state = fv_arena_take(fv_arena(), "tiles", (size_t)f->tiles * sizeof *f->state, 64);
     /* Nothing is history yet, wherever a tile turns out coarse; and without history nothing is held. */

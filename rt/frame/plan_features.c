@@ -36,6 +36,7 @@ static void choose_repainting(struct fv_plan *p, const struct fv_scene *s, const
     for (int i = 0; i < s->fields.parts; i++) checks |= s->fields.part[i].checker_size > 0;
     const char *why = !can                           ? "no pass paints checks anew"
                       : !checks                      ? "the scene's fields have no checks"
+                      : strcmp(config->display_lens, "none") != 0 ? "the lens bends what lies between pixels"
                       : config->method_contrast >= 1 ? "method.contrast is 1: nothing between pixels is looked at"
                                                      : NULL;
     int64_t bytes = f->eyes * (fv_plan_buffer_bytes(f, FV_COARSE_SEEN) + fv_plan_buffer_bytes(f, FV_COARSEST_SEEN));

@@ -45,6 +45,8 @@ static void row_eccentricities(const struct fv_view *v, float x, float y, float 
 {
     const float *g = v->gaze;
     float c[3], d[3];
+    for (int i = 0; v->bend.on && i < n; i++) out[i] = fv_eccentricity_deg(v, x + (float)i * step, y);
+    if (v->bend.on) return;
     for (int k = 0; k < 3; k++) {
         c[k] = v->corner[k] + x * v->dx[k] + y * v->dy[k];
         d[k] = step * v->dx[k];
@@ -73,8 +75,16 @@ static void count_row(struct fv_rings *rings, const float *e, int n, int width, 
 {
     for (int i = 0; i < n; i++) {
         int columns = width - i * QUAD < QUAD ? width - i * QUAD : QUAD;
-        if (columns > 0) rings->pixels[degree_of(e[i])] += (float)(columns * rows);
+        if (columns > 0 && !(e[i] < 0)) rings->pixels[degree_of(e[i])] += (float)(columns * rows);
     }
+}
+
+/* Quads that no eye sees through the lens have no pixels that count. */
+static void leave_out_unseen(const struct fv_view *v, float y, int n, float *e)
+{
+    const struct fv_bend *b = &v->bend;
+    for (int i = 0; b->masks && i < n; i++)
+        if (fv_bend_square(b, (float)(i * QUAD + QUAD / 2), y) > b->most * b->most) e[i] = -1;
 }
 
 static void look_at_eye(struct fv_schedule *s, const struct fv_frame *f, int eye, uint8_t *bucket)
@@ -92,7 +102,9 @@ static void look_at_eye(struct fv_schedule *s, const struct fv_frame *f, int eye
         for (int half = 0; half < 2; half++) {
             int rows = f->height - ty * FV_TILE - half * QUAD;
             if (rows <= 0) continue;
-            row_eccentricities(v, QUAD / 2, y + (float)(half * QUAD + QUAD / 2), QUAD, 2 * f->tiles_x, quad);
+            float middle = y + (float)(half * QUAD + QUAD / 2);
+            row_eccentricities(v, QUAD / 2, middle, QUAD, 2 * f->tiles_x, quad);
+            leave_out_unseen(v, middle, 2 * f->tiles_x, quad);
             count_row(&s->rings, quad, 2 * f->tiles_x, f->width, rows < QUAD ? rows : QUAD);
         }
     }

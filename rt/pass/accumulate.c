@@ -2,7 +2,19 @@
 #include "rt/pass/accumulate.h"
 
 #include "config/config.h"
+#include "rt/pass/bent.h"
 #include "rt/pass/denoise.h"
+
+/* The last frame's, around where the tile was; where the lens bends, by the place that it has now: near enough to tell
+ * how depths lean. */
+static const struct fv_view *view_before(const struct fv_frame *f, const struct fv_tile *tile)
+{
+    const struct fv_view *before = &f->before[tile->eye];
+    struct fv_view *near = &f->scratch[tile->worker].near;
+    if (!before->bend.on) return before;
+    fv_view_at(before, (float)(tile->x0 + FV_TILE / 2), (float)(tile->y0 + FV_TILE / 2), near);
+    return near;
+}
 
 static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
@@ -20,8 +32,8 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
                               .seed = 2 * (uint32_t)f->number + (uint32_t)e,
                               .moves = f->tracer->instances > 0,
                               .epsilon = f->epsilon_depth,
-                              .before = &f->before[e],
-                              .map = f->object_map[e],
+                              .before = view_before(f, tile),
+                              .map = fv_bent_maps(f, tile, f->object_map[e], &f->before[e].bend, 0),
                               .light = f->buffer[FV_FILTERED][e],
                               .inverse_depth = f->buffer[FV_DEPTH][e],
                               .facing = f->buffer[FV_FACING][e],

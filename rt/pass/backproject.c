@@ -1,6 +1,7 @@
 /* backproject: see backproject.h. */
 #include "rt/pass/backproject.h"
 
+#include "rt/pass/bent.h"
 #include "rt/pass/selective.h"
 
 struct fv_row fv_row_of(const struct fv_frame *f, const struct fv_tile *tile, int y)
@@ -15,8 +16,9 @@ struct fv_row fv_row_of(const struct fv_frame *f, const struct fv_tile *tile, in
 }
 
 struct fv_backproject fv_backproject_to(const struct fv_frame *f, const struct fv_tile *tile, const uint32_t *colour,
-                                        const uint32_t *cache, const struct fv_map *map)
+                                        const uint32_t *cache, const struct fv_map *map, const struct fv_bend *before, int place)
 {
+    map = fv_bent_maps(f, tile, map, before, place);
     float middle = 0.5f * FV_TILE;
     float apart = fv_map_apart(map, (float)tile->x0 + middle, (float)tile->y0 + middle, middle);
     return (struct fv_backproject){.width = f->width, .height = f->height, .stride = (int)f->stride,

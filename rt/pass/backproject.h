@@ -26,8 +26,8 @@ struct fv_backproject {
 /* The tile's row y. */
 struct fv_row fv_row_of(const struct fv_frame *frame, const struct fv_tile *tile, int y);
 
-/* For the tile's pixels. */
+/* For the tile's pixels, `place` frames before the last; `before`: its lens. */
 struct fv_backproject fv_backproject_to(const struct fv_frame *frame, const struct fv_tile *tile, const uint32_t *colour,
-                                        const uint32_t *cache, const struct fv_map *map);
+                                        const uint32_t *cache, const struct fv_map *map, const struct fv_bend *before, int place);
 
 #endif

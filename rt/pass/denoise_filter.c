@@ -4,6 +4,7 @@
  * that their columns reach into; `down` puts those of the former back. In tiles with several layers it is undone where a
  * pixel's layer does not take the iteration. FV_VARIANCE goes along with FV_LIGHT. */
 #include "rt/pass/accumulate.h"
+#include "rt/pass/bent.h"
 #include "rt/pass/denoise.h"
 
 #include <string.h>
@@ -23,7 +24,7 @@ static struct fv_atrous atrous_of(const struct fv_frame *f, const struct fv_tile
                               .width = f->width,
                               .height = f->height,
                               .stride = f->stride,
-                              .view = &f->view[e],
+                              .view = fv_bent_view(f, tile),
                               .light = f->buffer[back ? FV_FILTERED : FV_LIGHT][e],
                               .inverse_depth = f->buffer[FV_DEPTH][e],
                               .facing = f->buffer[FV_FACING][e],

@@ -22,6 +22,7 @@ struct fv_reuse;          /* rt/pass/reuse.h */
 struct fv_atrous;         /* rt/pass/atrous.h */
 struct fv_variances;      /* rt/pass/denoise.h */
 struct fv_accumulate;     /* rt/pass/accumulate.h */
+struct fv_fringe_row;     /* rt/pass/fringe.h */
 
 struct fv_kernels {
     /* Traces and shades samples [0, count); seed: changes the random numbers of sampled light.
@@ -115,6 +116,9 @@ struct fv_kernels {
 
     /* n pixels to 8-bit r, g, b, 255; n padded to the width. */
     void (*present)(const uint32_t *pixel, uint8_t *rgbx, int n);
+
+    /* Red and blue from where the lens shows them; see fringe.h. */
+    void (*fringe)(const struct fv_fringe_row *row);
 };
 
 /* Those that can show every scene. */

@@ -82,13 +82,27 @@ void fv_pass_run(const struct fv_pass *pass, struct fv_frame *frame, struct fv_w
     fv_workers_run(workers, frame->tiles, run_tile, &run);
 }
 
+/* Of these blocks, those that show something through the lens or stand next to a pixel that does. */
+static uint64_t seen_of(const struct fv_frame *f, const struct fv_tile *tile, uint64_t blocks)
+{
+    const struct fv_bend *b = &f->view[tile->eye].bend;
+    float size = (float)(FV_BLOCK << tile->density), margin = (float)(1 << tile->density);
+    uint64_t seen = 0;
+    for (; blocks; blocks &= blocks - 1) {
+        int block = __builtin_ctzll(blocks);
+        float x = (float)tile->x0 + (float)(block % FV_BLOCKS) * size, y = (float)tile->y0 + (float)(block / FV_BLOCKS) * size;
+        if (!fv_bend_beyond(b, x, y, x + size, y + size, margin)) seen |= 1ull << block;
+    }
+    return seen;
+}
+
 uint64_t fv_tile_inside(const struct fv_frame *f, const struct fv_tile *tile)
 {
     int size = FV_BLOCK << tile->density, side = fv_tile_side(tile) / FV_BLOCK;
     int columns = (f->width - tile->x0 + size - 1) / size, rows = (f->height - tile->y0 + size - 1) / size;
     uint64_t row = (1u << (columns < side ? columns : side)) - 1, mask = 0;
     for (int y = 0; y < rows && y < side; y++) mask |= row << (8 * y);
-    return mask;
+    return f->view[tile->eye].bend.masks ? seen_of(f, tile, mask) : mask;
 }
 
 float fv_tile_threshold(const struct fv_frame *f, const struct fv_tile *tile, int block)

@@ -81,6 +81,7 @@ enum fv_buffer {
     FV_VARIANCE,       /* of the brightness of FV_LIGHT, times the exposure squared, float; the same of FV_FILTERED */
     FV_FILTERED_VARIANCE,
     FV_PICTURE,        /* 8-bit picture for the display */
+    FV_GREEN,          /* the same before red and blue come from beside (pass/fringe.h) */
     FV_BUFFERS
 };
 
@@ -197,6 +198,8 @@ struct fv_worker_scratch {
     int64_t central, reused;             /* pixels that might be reused (pass/reuse.h); of these were */
     int64_t doubtful, spared;            /* subpixels at corners that failed; of these in pixels that were reused */
     _Alignas(64) float extra[3][FV_SAMPLES_MAX]; /* of a tile's pixels: sums of extra samples */
+    struct fv_map bent[FV_PAST_MAX][FV_MOVING_MAX + 1]; /* of a tile's pixels, through the lens (pass/bent.h) */
+    struct fv_view near;                 /* likewise */
     int64_t asked, unanswered;           /* support nodes that history was asked for; of these that it did not know */
 };
 
@@ -283,6 +286,7 @@ struct fv_frame {
     float unanswered_share;           /* of support nodes that history was asked for in the newest frame that asked */
     int spacing_before;               /* the frame before's */
     struct fv_worker_scratch *scratch;
+    struct fv_fringe *fringe;         /* of the lenses; NULL: their colours do not part */
 };
 
 /* Rasters of the buffers, after these have changed places. */
@@ -333,7 +337,7 @@ extern const struct fv_pass fv_pass_sample_all, fv_pass_support, fv_pass_select,
     fv_pass_sample, fv_pass_march, fv_pass_mask, fv_pass_trace, fv_pass_compose, fv_pass_sharpen, fv_pass_gather,
     fv_pass_reuse, fv_pass_refine, fv_pass_smooth, fv_pass_distribute, fv_pass_paths, fv_pass_accumulate, fv_pass_fill, fv_pass_settle,
     fv_pass_across_16, fv_pass_down_16, fv_pass_across_8, fv_pass_down_8, fv_pass_across_4, fv_pass_down_4,
-    fv_pass_across_2, fv_pass_down_2, fv_pass_across_1, fv_pass_down_1, fv_pass_light_up, fv_pass_present;
+    fv_pass_across_2, fv_pass_down_2, fv_pass_across_1, fv_pass_down_1, fv_pass_light_up, fv_pass_present, fv_pass_fringe;
 
 /* Blocks along so many pixels, the last one perhaps beyond them. */
 static inline int fv_blocks_along(int pixels)
@@ -427,7 +431,7 @@ enum fv_density fv_ring_density(const struct fv_frame *frame, const struct fv_pa
 /* How far from a tile's middle its blocks may reach, degrees, from above. */
 float fv_tile_reach_deg(const struct fv_view *view);
 
-/* Blocks of the tile that lie in the picture at least in part. */
+/* Blocks of the tile that lie in the picture, and where an eye sees it through the lens, at least in part. */
 uint64_t fv_tile_inside(const struct fv_frame *frame, const struct fv_tile *tile);
 
 /* This frame's blue-noise threshold of a block, in [0, 1). The eyes look up different parts of the mask,

@@ -1,6 +1,7 @@
 /* present: pixels to the 8-bit picture that the display takes, with the optional overlay of foveal
  * zones, gaze and sampled pixels. Run only for frames that the display wants. */
 #include "rt/pass/doubled.h"
+#include "rt/pass/unseen.h"
 
 #include <math.h>
 #include <string.h>
@@ -32,7 +33,7 @@ enum { ROWS_AHEAD = 8 };
 
 static uint8_t *picture_row(const struct fv_frame *f, const struct fv_tile *tile, int y)
 {
-    return (uint8_t *)f->buffer[FV_PICTURE][tile->eye] + 4 * ((tile->y0 + y) * f->stride + tile->x0);
+    return (uint8_t *)f->buffer[f->fringe ? FV_GREEN : FV_PICTURE][tile->eye] + 4 * ((tile->y0 + y) * f->stride + tile->x0);
 }
 
 static void show_row(const struct fv_frame *f, const struct fv_tile *tile, int y, const uint32_t *colour)
@@ -41,6 +42,8 @@ static void show_row(const struct fv_frame *f, const struct fv_tile *tile, int y
     if (y + ROWS_AHEAD < FV_TILE) fv_fetch(rgbx + 4 * ROWS_AHEAD * f->stride, 4 * FV_TILE);
     f->kernels->present(colour, rgbx, FV_TILE);
     if (f->overlay) overlay_row(f, tile, y, colour, rgbx);
+    const struct fv_bend *bend = &f->view[tile->eye].bend;
+    if (bend->masks && !f->fringe) fv_darken_unseen(bend, tile->x0, tile->y0 + y, FV_TILE, (uint32_t *)(void *)rgbx);
 }
 
 static void show_coarse(const struct fv_frame *f, const struct fv_tile *tile)

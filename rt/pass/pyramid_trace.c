@@ -2,6 +2,7 @@
  * pyramid.h. */
 #include "rt/pass/pyramid.h"
 
+#include "rt/pass/bent.h"
 #include "rt/pass/merge.h"
 
 #include <math.h>
@@ -84,7 +85,7 @@ static void find_passed(struct fv_frame *f, const struct fv_tile *tile, struct p
 {
     struct fv_worker_scratch *w = &f->scratch[tile->worker];
     struct fv_samples *s = &w->samples;
-    float reach = fv_reach_px(1 << tile->density), size = f->view[tile->eye].pixel_size, nearest[FV_SAMPLES_MAX];
+    float reach = fv_reach_px(1 << tile->density), size = fv_largest_pixel(&f->view[tile->eye]), nearest[FV_SAMPLES_MAX];
     int n = 0;
     take_nearest(s, tile, nearest);
     for (int i = 0; i < s->count; i++) {

@@ -1,5 +1,6 @@
 /* refine: tests the corners of the central region's pixels, samples the subpixels around those that fail, and puts the
  * pixels together; see selective.h. */
+#include "rt/pass/bent.h"
 #include "rt/pass/lattice.h"
 #include "rt/pass/reuse.h"
 #include "rt/pass/selective.h"
@@ -32,7 +33,7 @@ static void test_row(struct fv_frame *f, const struct fv_tile *tile, int y, cons
     if (row == 0 || row >= f->height || last < first) return;
     const int64_t at = (int64_t)row * f->stride + tile->x0 + first - 1;
     struct fv_corners c = {.count = last - first + 1, .stamp = fv_identity_stamp(f), .tolerance = tolerance + first,
-                           .settings = &f->selective, .view = &f->view[tile->eye],
+                           .settings = &f->selective, .view = fv_bent_view(f, tile),
                            .x = (float)(tile->x0 + first), .y = (float)row};
     for (int k = 0; k < 2; k++) {
         int64_t from = at + (k - 1) * f->stride;

@@ -3,6 +3,7 @@
  * (disocclusions, parts new to the view), and of more of those that are marked (resampling info). */
 #include "rt/pass/reproject.h"
 
+#include "rt/pass/bent.h"
 #include "rt/pass/cache.h"
 #include "rt/pass/merge.h"
 
@@ -29,8 +30,14 @@ static float carry_middle(const struct fv_frame *f, const struct fv_tile *tile, 
     int object = ((const uint8_t *)f->buffer[FV_SUPPORT_SURFACE][e])[node] & FV_SURFACE_OBJECT;
     float w = ((const float *)f->buffer[FV_SUPPORT_DEPTH][e])[node];
     if (!(w >= 0 && w <= FV_INVERSE_DEPTH_MAX)) w = 0;
-    fv_map_point(&f->object_map[e][object], (float)x, (float)y, w, to);
+    struct fv_map map = fv_bent_map(f, e, object, (float)x, (float)y, w);
+    fv_map_point(&map, (float)x, (float)y, w, to);
     return w;
+}
+
+static struct fv_map tile_map(const struct fv_frame *f, const struct fv_tile *tile, int object, float w)
+{
+    return fv_bent_map(f, tile->eye, object, (float)(tile->x0 + FV_TILE / 2), (float)(tile->y0 + FV_TILE / 2), w);
 }
 
 /* The moving objects that nodes show in the tile and two cells around it, as far as the kernel goes. */
@@ -47,7 +54,8 @@ static void take_objects(const struct fv_frame *f, const struct fv_tile *tile, s
         t->object[t->objects] = (uint8_t)__builtin_ctz(seen);
         int o = t->object[t->objects] - 1;
         t->stirs |= memcmp(&f->object[o], &f->object_before[o], sizeof f->object[o]) != 0;
-        t->object_map[t->objects] = scaled(&f->object_map[tile->eye][t->object[t->objects]], t->raster->scale);
+        struct fv_map map = tile_map(f, tile, t->object[t->objects], t->middle);
+        t->object_map[t->objects] = scaled(&map, t->raster->scale);
     }
 }
 
@@ -55,9 +63,11 @@ struct fv_reprojected fv_reproject(struct fv_frame *f, const struct fv_tile *til
 {
     int e = tile->eye, side = f->spacing;
     const struct fv_raster *raster = fv_tile_raster(f, tile);
-    float spacing = (float)side / raster->scale, to[3];
+    float spacing = (float)side / raster->scale, to[3], middle = carry_middle(f, tile, to);
+    struct fv_map map = tile_map(f, tile, 0, middle);
     struct fv_reproject_tile t = {
-        .map = scaled(&f->map[e], raster->scale),
+        .map = scaled(&map, raster->scale),
+        .middle = middle,
         .moves = f->tracer->instances > 0,
         .raster = raster,
         .x0 = tile->x0 >> tile->density,
@@ -81,7 +91,6 @@ struct fv_reprojected fv_reproject(struct fv_frame *f, const struct fv_tile *til
     if (!f->has_history) t.map = (struct fv_map){0}; /* leads nowhere: all is filled from the support image */
     else if (t.moves) take_objects(f, tile, &t);
     /* What was nearer by a factor was larger by the same. */
-    t.middle = carry_middle(f, tile, to);
     t.footprint = to[2] > 0.125f ? 1 / to[2] : 8;
     for (int d = tile->density + 1; d < FV_DENSITIES; d++) t.coarser[t.coarsers++] = &f->raster[d][e];
     f->kernels->reproject[tile->density](&t);

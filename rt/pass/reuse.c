@@ -63,7 +63,8 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     if (tile->density != FV_FINE || !fv_tile_within(f, tile, f->parameters.near_deg)) return 0;
     int stamp = fv_identity_stamp(f);
     struct fv_reuse r = {.last = fv_backproject_to(f, tile, f->buffer[FV_HISTORY_COLOUR][tile->eye],
-                                                   f->buffer[FV_HISTORY_CACHE][tile->eye], f->object_map[tile->eye]),
+                                                   f->buffer[FV_HISTORY_CACHE][tile->eye], f->object_map[tile->eye],
+                                                   &f->before[tile->eye].bend, 0),
                          .before = known_of(f, tile->eye, FV_HISTORY_BASE, 0),
                          .stamp_before = stamp > 1 ? stamp - 1 : 31,
                          .chain_before = f->buffer[FV_HISTORY_CHAIN][tile->eye],

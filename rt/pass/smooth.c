@@ -38,7 +38,8 @@ static void smooth_tile(struct fv_frame *f, const struct fv_tile *tile, const st
     int e = tile->eye;
     struct fv_smooth s = {.pasts = f->pasts, .rest = rest, .share = share};
     for (int k = 0; k < f->pasts; k++)
-        s.past[k] = fv_backproject_to(f, tile, f->past[k].colour[e], f->past[k].cache[e], f->past[k].map[e]);
+        s.past[k] = fv_backproject_to(f, tile, f->past[k].colour[e], f->past[k].cache[e], f->past[k].map[e],
+                                      &f->past[k].view[e].bend, k);
     for (int y = 0; y < FV_TILE && tile->y0 + y < f->height; y++) {
         s.row = fv_row_of(f, tile, y);
         s.smoothed = (uint32_t *)f->buffer[FV_SMOOTHED][e] + fv_tile_row(f, tile, y);

@@ -1,4 +1,5 @@
 /* supersample: means of several samples a pixel, for the passes that take more than one. */
+#include "rt/pass/bent.h"
 #include "rt/pass/pyramid.h"
 
 #include <math.h>
@@ -110,7 +111,7 @@ static int trace_each(struct fv_frame *f, const struct fv_tile *tile, struct pix
                       int count, const float offset[][2], int each, uint32_t seed, bool first)
 {
     const struct fv_samples *s = &f->scratch[tile->worker].samples;
-    float reach = fv_reach_px(1 << tile->density) * f->view[tile->eye].pixel_size;
+    float reach = fv_reach_px(1 << tile->density) * fv_largest_pixel(&f->view[tile->eye]);
     int some = FV_SAMPLES_MAX / each, left = 0;
     for (int from = 0; from < count; from += some) {
         int n = count - from < some ? count - from : some;

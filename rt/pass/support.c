@@ -5,6 +5,7 @@
  * history shows at their places, and only nodes that it does not know are traced. */
 #include "rt/pass/support.h"
 
+#include "rt/pass/bent.h"
 #include "rt/pass/cache.h"
 
 #include <math.h>
@@ -76,10 +77,11 @@ static bool touched(const struct fv_frame *f, const struct fv_view *view, float 
 {
     for (int i = 0; i < f->tracer->instances; i++) {
         const float *ball = f->tracer->instance[i].ball;
-        float along = 0, length = 0, far = 0;
+        float along = 0, length = 0, far = 0, d[3];
+        fv_view_direction(view, x, y, d);
         for (int k = 0; k < 3; k++) {
-            float to = ball[k] - view->origin[k], d = view->corner[k] + x * view->dx[k] + y * view->dy[k];
-            along += to * d, length += d * d, far += to * to;
+            float to = ball[k] - view->origin[k];
+            along += to * d[k], length += d[k] * d[k], far += to * to;
         }
         if (ball[3] < 0) continue;
         float cosine = along / fmaxf(sqrtf(length * far), 1e-30f), sine = ball[3] / fmaxf(sqrtf(far), 1e-30f);
@@ -92,14 +94,16 @@ static bool touched(const struct fv_frame *f, const struct fv_view *view, float 
 /* The last frame's nodes around where those of the packet were, by how the surface in its middle moved; false where
  * that leads nowhere. */
 static bool take_old(const struct fv_frame *f, int eye, const struct nodes *n, int64_t x0, int64_t y0,
-                     struct fv_support_packet *packet)
+                     struct fv_map *map, struct fv_support_packet *packet)
 {
     const float *depth = f->buffer[FV_SUPPORT_HISTORY_DEPTH][eye];
     const uint8_t *surface = f->buffer[FV_SUPPORT_HISTORY_SURFACE][eye];
     int columns = (f->width + f->spacing - 1) / f->spacing, rows = (f->height + f->spacing - 1) / f->spacing;
     float half = 0.5f * FV_PACKET, spacing = (float)f->spacing, to[3];
     float w = depth[fv_clamp(y0 + FV_PACKET / 2, rows) * n->stride + fv_clamp(x0 + FV_PACKET / 2, columns)];
-    fv_map_point(&f->map[eye], ((float)x0 + half) * spacing, ((float)y0 + half) * spacing, fmaxf(w, 0), to);
+    float x_middle = ((float)x0 + half) * spacing, y_middle = ((float)y0 + half) * spacing;
+    *map = fv_bent_map(f, eye, 0, x_middle, y_middle, fmaxf(w, 0));
+    fv_map_point(map, x_middle, y_middle, fmaxf(w, 0), to);
     if (!(to[2] > 0.1f && fabsf(to[0]) < 16384 * to[2] && fabsf(to[1]) < 16384 * to[2])) return false;
     int64_t left = lroundf(to[0] / to[2] / spacing - half) - FV_AROUND;
     int64_t top = lroundf(to[1] / to[2] / spacing - half) - FV_AROUND;
@@ -125,7 +129,8 @@ static uint32_t ask(struct fv_frame *f, const struct fv_tile *tile, const struct
     int x, y;
     node_at(n, i, &x, &y);
     float left = (float)(n->x0 + x) * spacing, top = (float)(n->y0 + y) * spacing;
-    struct fv_support_packet packet = {.map = &f->map[tile->eye],
+    struct fv_map map;
+    struct fv_support_packet packet = {.map = &map,
                                        .history = {raster[0], raster[1]},
                                        .x = left + f->node[0] * spacing,
                                        .y = top + f->node[1] * spacing,
@@ -133,7 +138,7 @@ static uint32_t ask(struct fv_frame *f, const struct fv_tile *tile, const struct
                                        .epsilon = f->epsilon_depth,
                                        .still = f->still};
     if (touched(f, &f->view[tile->eye], left + reach, top + reach, reach) ||
-        !take_old(f, tile->eye, n, n->x0 + x, n->y0 + y, &packet))
+        !take_old(f, tile->eye, n, n->x0 + x, n->y0 + y, &map, &packet))
         return nodes;
     f->kernels->answer(&packet);
     for (uint32_t known = packet.answered & nodes; known; known &= known - 1) {
@@ -147,6 +152,14 @@ static uint32_t ask(struct fv_frame *f, const struct fv_tile *tile, const struct
     return nodes & ~packet.answered;
 }
 
+/* Packets that no eye sees through the lens, nor are next to those: their nodes stay as they were at first, black and far. */
+static bool unseen(const struct fv_frame *f, const struct fv_tile *tile, int64_t x, int64_t y)
+{
+    const struct fv_bend *b = &f->view[tile->eye].bend;
+    float spacing = (float)f->spacing, left = (float)x * spacing, top = (float)y * spacing, side = FV_PACKET * spacing;
+    return b->masks && fv_bend_beyond(b, left, top, left + side, top + side, 2 * spacing);
+}
+
 /* Bits of the packet's nodes that are to be traced; the others are stored. */
 static uint32_t missing(struct fv_frame *f, const struct fv_tile *tile, const struct nodes *n, int i)
 {
@@ -154,6 +167,7 @@ static uint32_t missing(struct fv_frame *f, const struct fv_tile *tile, const st
     uint32_t nodes = existing(n, i);
     int x, y;
     node_at(n, i, &x, &y);
+    if (unseen(f, tile, n->x0 + x, n->y0 + y)) return 0;
     if (!nodes || !f->has_history || f->spacing != f->spacing_before || due(f, n->x0 + x, n->y0 + y)) return nodes;
     uint32_t left = ask(f, tile, n, i, nodes);
     s->asked += __builtin_popcount(nodes);

@@ -1,5 +1,6 @@
 /* field_starts_kernel: where all rays in a cone around each sample may begin in fields (kernels.h). */
 #include "rt/trace/field_cones.h"
+#include "rt/trace/lens_ray.h"
 
 #define field_starts FV_ISA_NAME(fv_field_starts)
 
@@ -13,10 +14,12 @@ void field_starts(const struct fv_tracer *tracer, const struct fv_view *view, st
     float across = __builtin_sqrtf(view->dx[0] * view->dx[0] + view->dx[1] * view->dx[1] + view->dx[2] * view->dx[2]);
     float along = __builtin_sqrtf(view->dy[0] * view->dy[0] + view->dy[1] * view->dy[1] + view->dy[2] * view->dy[2]);
     float wide = radius_px * (across > along ? across : along);
+    if (view->bend.on) wide *= view->bend.widest;
     for (int i = 0; i < samples->count; i += FV_WIDTH) {
         struct field_cones cones;
         struct field_kept kept;
         vf x = vf_load(samples->x + i), y = vf_load(samples->y + i);
+        if (view->bend.on) lens_straighten(&view->bend, &x, &y);
         vf3 direction = vf3_add(corner, vf3_add(vf3_scale(dx, x), vf3_scale(dy, y)));
         struct field_rays r = field_rays_of(vf3_of(view->origin), direction, vi_lanes() < samples->count - i);
         r.far = tracer->march_far / r.length;

@@ -6,6 +6,7 @@
 #ifndef FV_FEATURES
 #define FV_FEATURES FV_FEATURES_EVERYTHING
 #endif
+#include "rt/trace/lens_ray.h"
 #include "rt/trace/light.h"
 #include "rt/trace/refraction.h"
 
@@ -276,12 +277,13 @@ static vf3 axis_of(const struct fv_view *view)
 
 static inline struct rays rays_of(const struct fv_view *view, const struct fv_samples *samples, int i)
 {
-    vf x = vf_load(samples->x + i), y = vf_load(samples->y + i);
+    vf x = vf_load(samples->x + i), y = vf_load(samples->y + i), size = vf_of(view->pixel_size);
+    if (view->bend.on) size *= lens_straighten(&view->bend, &x, &y);
     vf3 across = vf3_scale(vf3_of(view->dx), x), along = vf3_scale(vf3_of(view->dy), y);
     return (struct rays){.origin = vf3_of(view->origin),
                          .direction = vf3_add(vf3_of(view->corner), vf3_add(across, along)),
                          .mask = vi_lanes() < samples->count - i,
-                         .base = vf_of(0), .growth = vf_of(view->pixel_size), .coherent = true, .primary = true,
+                         .base = vf_of(0), .growth = size, .coherent = true, .primary = true,
                          .start = samples->started ? samples->start + i : NULL};
 }
 

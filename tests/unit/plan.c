@@ -181,6 +181,22 @@ static const struct {
      NULL,
      {"thread   workers"},
      {"thread   further workers"}},
+    {"--set scene.name=cornell --set display.headset=rift-dk2-lens",
+     NULL,
+     {"feature  lens", "pass     fringe", "buffer   green's picture"},
+     {"feature  unseen pixels"}},
+    {"--set scene.name=cornell --set display.headset=rift-dk2-lens --set display.sink=none --set display.eyes=1",
+     NULL,
+     {"feature  lens"},
+     {"feature  unseen pixels", "pass     fringe", "buffer   green's picture"}},
+    {"--set scene.name=primitives --set method.name=pyramid",
+     NULL,
+     {"feature  repainted checks"},
+     {"feature  lens", "pass     fringe", "buffer   green's picture"}},
+    {"--set scene.name=primitives --set method.name=pyramid --set display.headset=rift-dk1",
+     NULL,
+     {"feature  lens", "pass     fringe"},
+     {"feature  repainted checks"}},
 };
 
 static void write_scenes(void)
