@@ -79,7 +79,7 @@ static const struct {
     {"[foveal]\nr0 = 5\n", NULL, "test.ini:2: unknown section [foveal]"},
     {"p_min = 0.1\n", NULL, "test.ini:1: 'p_min' stands before any [section]"},
     {"[fovea]\nwhat is this\n", NULL, "test.ini:2: neither [section] nor key = value"},
-    {"[display]\nsink = jpeg\n", NULL, "test.ini:2: display.sink = 'jpeg': must be one of png|y4m|none"},
+    {"[display]\nsink = jpeg\n", NULL, "test.ini:2: display.sink = 'jpeg': must be one of png|y4m|kms|none"},
     {"[display]\nsink =\n", NULL, "must be one of"},
     {"[display]\nwidth = 12.5\n", NULL, "test.ini:2: display.width = 12.5"},
     {"[display]\nwidth = 100.5\n", NULL, "must be a whole number"},

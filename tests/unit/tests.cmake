@@ -1,5 +1,8 @@
 fv_test(unit png display)
 fv_test(unit y4m display)
+fv_test(unit kms display)
+fv_test(unit vsync platform)
+fv_test(unit gpio platform)
 fv_test(unit sensors sensors)
 fv_test(unit imu_devices sensors)
 fv_test(unit imu_usb sensors)
