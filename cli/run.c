@@ -155,12 +155,13 @@ static int record_frames(struct run *r, const char *out, struct fv_error *error)
     return fv_folder_make(folder, error) || fv_sensors_record(r->setup.sensors, folder, error) ? -1 : 0;
 }
 
-/* A display has a rate of its own, whatever budget.hz says. */
+/* A display with a vertical blank has a rate of its own, whatever budget.hz says. */
 static void take_rate(struct run *r)
 {
     const struct fv_config *c = &r->setup.config;
-    double hz = fv_display_counts(r->display).hz;
-    if (hz <= 0 || strcmp(c->budget_pace, "vsync") != 0) return;
+    struct fv_display_counts d = fv_display_counts(r->display);
+    double hz = d.hz;
+    if (hz <= 0 || !d.vblank || strcmp(c->budget_pace, "vsync") != 0) return;
     if (fabs(hz - c->budget_hz) > 0.01 * c->budget_hz)
         fv_log("the display refreshes at %.2f Hz, budget.hz says %g: frames are paced by the display", hz, c->budget_hz);
     fv_loop_period(&r->setup.loop, llround(1e9 / hz));

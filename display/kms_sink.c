@@ -6,13 +6,12 @@
 #include "platform/log.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-/* What ends the program before close (a full arena) must give the console back all the same. */
+/* What ends the program before close (a full arena, a sealed heap) must give the console back all the same. */
 static struct fv_kms *open_one;
 
-static void close_at_exit(void)
+static void close_at_death(void)
 {
     if (open_one) fv_kms_close(open_one);
     open_one = NULL;
@@ -54,7 +53,7 @@ static void *sink_open(const struct fv_config *config, const char *folder, struc
     struct fv_kms *k = fv_arena_take(fv_arena(), "display", sizeof *k, 64);
     if (fv_kms_open(k, &settings, &fv_kms_system, error)) return NULL;
     open_one = k;
-    atexit(close_at_exit);
+    fv_die_calls(close_at_death);
     fv_log("%s", k->text);
     return k;
 }

@@ -111,7 +111,7 @@ static void copies(void **state)
     (void)state;
     uint64_t seed = 5;
     for (int width = 1; width < 70; width++) {
-        enum { ROWS = 3, APART = 300, FROM = 304 };
+        enum { ROWS = 3, APART = 300, FROM = 304 }; /* rows begin at any multiple of 4 */
         uint8_t *from = malloc(ROWS * FROM), *to = malloc(ROWS * APART);
         for (int i = 0; i < ROWS * FROM; i++) from[i] = (uint8_t)random_bits(&seed);
         memset(to, 0xee, ROWS * APART);
