@@ -223,6 +223,8 @@ static void write_sensors(const struct fv_session *s)
         integer(",", "skipped", s->camera_skipped);
         integer(",", "gaps", s->camera_gaps);
         integer(",", "rejected", s->camera_rejected);
+        integer(",", "untimed", s->camera_untimed);
+        integer(",", "errors", s->camera_errors);
         integer(",", "lost", s->camera_lost);
         integer(",", "restarts", s->camera_restarts);
         number(",", "latency_ms_mean", s->camera_ms_mean);
@@ -233,6 +235,7 @@ static void write_sensors(const struct fv_session *s)
     key(",\n", "imu");
     integer("{", "samples", s->imu_samples);
     integer(",", "rejected", s->imu_rejected);
+    integer(",", "readings", s->imu_readings);
     integer(",", "lost", s->imu_lost);
     integer(",", "reconnects", s->imu_reconnects);
     fv_writer_print(&out, "}");

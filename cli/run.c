@@ -252,6 +252,7 @@ static void fill_session(struct run *r)
     s->gaze_lost = counts.gaze_lost;
     s->imu_samples = counts.imu_samples;
     s->imu_rejected = counts.imu_rejected;
+    s->imu_readings = counts.imu_readings;
     s->imu_lost = counts.imu_lost;
     s->imu_reconnects = counts.imu_reconnects;
     s->cameras = counts.camera.cameras;
@@ -259,6 +260,8 @@ static void fill_session(struct run *r)
     s->camera_skipped = counts.camera.skipped;
     s->camera_gaps = counts.camera.gaps;
     s->camera_rejected = counts.camera.rejected;
+    s->camera_untimed = counts.camera.untimed;
+    s->camera_errors = counts.camera.errors;
     s->camera_lost = counts.camera.lost;
     s->camera_restarts = counts.camera.restarts;
     s->camera_ms_mean = counts.camera.latency_ms_mean;

@@ -328,6 +328,7 @@ struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *s)
     if (!s->imu_usb) return counts;
     struct fv_imu_feed_counts of = fv_imu_usb_counts(s->imu_usb);
     counts.imu_rejected += of.rejected + of.foreign + of.too_long;
+    counts.imu_readings = of.samples;
     counts.imu_lost = of.lost;
     counts.imu_reconnects = of.connects - 1;
     return counts;

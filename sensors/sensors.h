@@ -42,10 +42,10 @@ struct fv_sensors; /* opaque, in the arena */
  * no samples. Of a device: samples that by its clock must have been there and never came, and how often it came again. */
 struct fv_sensors_counts {
     int64_t gaze_samples, gaze_lost, imu_samples, imu_rejected;
-    int64_t imu_lost, imu_reconnects;
+    int64_t imu_readings, imu_lost, imu_reconnects; /* of a device */
     struct fv_eye_camera_counts {
         int cameras; /* real ones; 0: all else is 0 */
-        int64_t frames, skipped, gaps, rejected, lost, restarts; /* of all together; v4l2.h */
+        int64_t frames, skipped, gaps, rejected, untimed, errors, lost, restarts; /* of all together; v4l2.h */
         double latency_ms_mean, latency_ms_most;                 /* from a frame in memory to its gaze */
     } camera;
 };

@@ -67,10 +67,11 @@ struct fv_session {
     struct fv_frame_record *record;
     /* Sensors and memory, at the end. */
     int64_t gaze_samples, gaze_lost, imu_samples, imu_rejected;
-    int64_t imu_lost, imu_reconnects; /* of a device */
+    int64_t imu_readings, imu_lost, imu_reconnects; /* of a device */
     double gaze_latency_ms_p50;
     int cameras; /* of the eyes; 0: no camera is the source of gaze, and all of them below are 0 */
-    int64_t camera_frames, camera_skipped, camera_gaps, camera_rejected, camera_lost, camera_restarts;
+    int64_t camera_frames, camera_skipped, camera_gaps, camera_rejected, camera_untimed, camera_errors;
+    int64_t camera_lost, camera_restarts;
     double camera_ms_mean, camera_ms_most; /* from a frame in memory to its gaze */
     int64_t heap_calls, memory_syscalls;
     struct fv_session_display { /* a display of the machine; no mode: there is none, and all is 0 */

@@ -162,6 +162,8 @@ void fv_camera_source_counts(struct fv_camera_source *s, struct fv_eye_camera_co
         counts->skipped += c->skipped;
         counts->gaps += c->gaps;
         counts->rejected += c->flagged + c->shorted + c->corrupt;
+        counts->untimed += c->untimed;
+        counts->errors += c->errors;
         counts->lost += c->lost;
         counts->restarts += c->restarts;
     }
@@ -194,5 +196,5 @@ int fv_camera_source_record_end(struct fv_camera_source *s, struct fv_error *err
 
 void fv_camera_source_close(struct fv_camera_source *s)
 {
-    if (s->watch) fv_watch_stop(s->watch);
+    if (s->watch) fv_watch_end(s->watch);
 }

@@ -189,7 +189,8 @@ static enum fv_camera_event look_again(struct fv_camera *c)
 static int64_t middle_ns(struct fv_camera *c, const struct v4l2_buffer *b, int64_t now_ns)
 {
     int64_t half = c->settings.exposure_ns / 2;
-    bool ours = (b->flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+    /* A driver that does not say which clock it is gives this one or the time of day, which the range rules out. */
+    bool ours = (b->flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) != V4L2_BUF_FLAG_TIMESTAMP_COPY;
     bool sane = b->timestamp.tv_sec >= 0 && b->timestamp.tv_sec < INT64_C(4000000000) &&
                 b->timestamp.tv_usec >= 0 && b->timestamp.tv_usec < 1000000;
     if (ours && sane) {
@@ -211,6 +212,13 @@ static bool is_good(struct fv_camera *c, const struct v4l2_buffer *b)
     else if (b->bytesused < fv_camera_frame_bytes(&c->layout)) c->counts.shorted++;
     else return true;
     return false;
+}
+
+/* Gives the driver what it has refused before: a refusal may be of that moment. */
+static void give_back(struct fv_camera *c)
+{
+    for (int i = 0; c->queued < c->buffers && i < c->buffers; i++)
+        if (!c->buffer[i].queued && queue(c, (uint32_t)i) < 0) c->counts.errors++;
 }
 
 /* Frames that never came, by the numbers; numbers that go back are a new count. */
@@ -282,6 +290,7 @@ enum fv_camera_event fv_camera_step(struct fv_camera *c, unsigned ready, struct 
     struct v4l2_buffer newest = {0};
     bool any = false;
     if (c->fd < 0) return now_ns >= c->retry_ns ? look_again(c) : FV_CAMERA_NOTHING;
+    give_back(c);
     int failed = ready ? drain(c, &newest, &any) : -EAGAIN;
     bool broken = ready & FV_CAMERA_BROKEN && !any;
     enum fv_camera_event event = any ? give_out(c, &newest, now_ns, frame) : FV_CAMERA_NOTHING;

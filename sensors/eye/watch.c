@@ -3,6 +3,7 @@
 
 #include "config/config.h"
 #include "platform/arena.h"
+#include "platform/clock.h"
 #include "platform/threads.h"
 
 #include <string.h>
@@ -120,6 +121,7 @@ static void *watch_thread(void *argument)
 {
     struct fv_watch *w = argument;
     while (!atomic_load_explicit(&w->stop, memory_order_relaxed)) fv_watch_round(w, longest_ns);
+    atomic_store_explicit(&w->left, true, memory_order_release);
     return NULL;
 }
 
@@ -130,12 +132,25 @@ int fv_watch_start(struct fv_watch *w, struct fv_error *error)
     return 0;
 }
 
+bool fv_watch_end(struct fv_watch *w)
+{
+    const struct fv_clock *clock = &fv_clock_monotonic;
+    int64_t until_ns = fv_clock_now_ns(clock) + longest_ns + 1000000000;
+    atomic_store(&w->stop, true);
+    while (w->running && !atomic_load_explicit(&w->left, memory_order_acquire)) {
+        if (fv_clock_now_ns(clock) >= until_ns) return false;
+        fv_clock_sleep_until_ns(clock, fv_clock_now_ns(clock) + 1000000);
+    }
+    for (int i = 0; i < w->cameras; i++) fv_camera_close(&w->camera[i]);
+    return true;
+}
+
 void fv_watch_stop(struct fv_watch *w)
 {
     atomic_store(&w->stop, true);
     if (w->running) pthread_join(w->thread, NULL);
     w->running = false;
-    for (int i = 0; i < w->cameras; i++) fv_camera_close(&w->camera[i]);
+    fv_watch_end(w);
 }
 
 bool fv_watch_read(struct fv_watch *w, struct fv_watch_news *news)

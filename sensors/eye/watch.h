@@ -54,7 +54,7 @@ struct fv_watch {
     struct fv_frame_recorder *_Atomic recorder; /* NULL: frames are not recorded */
     struct fv_mailbox mailbox, tally;
     void (*say)(const char *line); /* changes of state */
-    atomic_bool stop;
+    atomic_bool stop, left; /* left: the thread has done its last round */
     bool running;
     pthread_t thread;
 };
@@ -70,7 +70,11 @@ void fv_watch_round(struct fv_watch *watch, int64_t timeout_ns);
 /* Starts the thread. 0, or -1 with the error set. */
 int fv_watch_start(struct fv_watch *watch, struct fv_error *error);
 
-/* Ends it and closes the cameras (tests; the program itself just exits). */
+/* Ends it and closes the cameras, without a call to the heap. False: the thread is held up by a camera, for more
+ * than a second; nothing is closed. */
+bool fv_watch_end(struct fv_watch *watch);
+
+/* Ends it and takes the thread back, which frees what the C library took for it (tests; the program just exits). */
 void fv_watch_stop(struct fv_watch *watch);
 
 /* The newest samples; false: none yet, `news` as it was. From any thread. */

@@ -21,7 +21,8 @@
 #include "sensors/imu/devices.h"
 #include "sensors/imu/fusion.h"
 
-enum { FV_IMU_TRANSFERS = 16, FV_IMU_FAILURES_MAX = 3 * FV_IMU_TRANSFERS };
+/* Reports of 32 ms at 1 kHz: the thread may be held up for so long, as by a search for pupils before it, without a loss. */
+enum { FV_IMU_TRANSFERS = 32, FV_IMU_FAILURES_MAX = 3 * FV_IMU_TRANSFERS };
 
 #define FV_IMU_SEARCH_NS INT64_C(1000000000)
 #define FV_IMU_SILENCE_NS INT64_C(2000000000)  /* no report for so long ends the stream */

@@ -1,5 +1,6 @@
 /* eye_watch: made-up cameras that give simulated eye images, watched round by round on a made-up clock and by
  * the thread on the real one; simulated cameras as a source of the loop; calibration files. */
+#include "platform/heap.h"
 #include "sensors/eye/calibration.h"
 #include "sensors/eye/image_sim.h"
 #include "sensors/eye/watch.h"
@@ -202,6 +203,9 @@ static void the_thread(void **state)
         seen += news.sample[news.samples - 1].t_ns > newest_ns;
         newest_ns = news.sample[news.samples - 1].t_ns;
     }
+    fv_heap_seal(false);
+    assert_true(fv_watch_end(watch));
+    assert_int_equal(fv_heap_calls(), 0);
     fv_watch_stop(watch);
     assert_int_equal(seen, 30);
     struct fv_watch_tally tally;

@@ -228,6 +228,12 @@ static void stamps_that_cannot_be(void **state)
         last_ns = frame.t_ns;
     }
     assert_int_equal(camera.counts.untimed, 12);
+    /* v4l2loopback: of this clock, but it does not say so. */
+    fake.t_ns += 8 * ms;
+    fills(1, fake.t_ns - 3 * ms, 0)->flags = V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN;
+    assert_int_equal(step(FV_CAMERA_READABLE), FV_CAMERA_FRAME);
+    assert_true(frame.t_ns == fake.t_ns - 5 * ms && camera.counts.untimed == 12);
+    last_ns = frame.t_ns;
     fills(1, last_ns - ms, V4L2_BUF_FLAG_TSTAMP_SRC_EOF); /* twice the same time */
     assert_int_equal(step(FV_CAMERA_READABLE), FV_CAMERA_FRAME);
     assert_true(frame.t_ns > last_ns);
@@ -366,6 +372,15 @@ static void stream_errors(void **state)
     assert_true(lost);
     fake.plugged = false;
     comes_back();
+    /* A buffer that was refused is offered again. */
+    int64_t errors = camera.counts.errors;
+    fake.fail_queue = EINVAL;
+    fills(1, fake.t_ns, 0);
+    assert_int_equal(step(FV_CAMERA_READABLE), FV_CAMERA_FRAME);
+    assert_true(!all_queued() && camera.counts.errors == errors + 1);
+    fake.fail_queue = 0;
+    assert_int_equal(step(0), FV_CAMERA_NOTHING);
+    assert_true(all_queued() && camera.counts.errors == errors + 1);
     fake.fail_queue = EIO; /* buffers are lost one after the other, until none is left */
     lost = 0;
     for (int i = 0; i < FV_CAMERA_BUFFERS + 1 && !lost; i++) {

@@ -1,25 +1,13 @@
 # The guest's part of imu_usb.c: a gadget that looks like an HTC Vive on a made-up host controller.
 # modules: dummy_hcd libcomposite usb_f_hid usbhid hid-generic
-gadget=/sys/kernel/config/usb_gadget/vive
+. /guest.sh
 driven() { [ -e /sys/bus/usb/drivers/usbhid/1-1:1.0 ] && echo yes || echo no; }
 
 echo "== absent"
 /vm_imu_probe 1
 
-mkdir $gadget
-cd $gadget
-echo 0x28de >idVendor
-echo 0x2000 >idProduct
-mkdir strings/0x409 configs/c.1 functions/hid.0
-echo LHR-1 >strings/0x409/serialnumber
-echo 52 >functions/hid.0/report_length
-echo 0 >functions/hid.0/protocol
-# 52 bytes of the vendor's own.
-printf '\006\000\377\011\001\241\001\025\000\046\377\000\165\010\225\064\011\001\201\002\300' >functions/hid.0/report_desc
-ln -s functions/hid.0 configs/c.1/
-controller=$(ls /sys/class/udc)
-echo $controller >UDC
-cd /
+make_gadget
+plug
 sleep 1
 
 echo "== forbidden"
@@ -48,9 +36,9 @@ sleep 1
 echo "driver detached: $(driven)"
 for i in 1 2; do
     sleep 2
-    echo "" >$gadget/UDC
+    unplug
     sleep 2
-    echo $controller >$gadget/UDC
+    plug
 done
 wait $probe
 wait
