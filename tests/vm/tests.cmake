@@ -22,3 +22,11 @@ if(NOT FV_SANITIZE AND CMAKE_C_COMPILER_ID STREQUAL GNU)
     fv_guest(imu_gadget m)
     fv_vm_test(imu_usb vm_imu_probe vm_imu_gadget)
 endif()
+
+# A display and lines of a GPIO chip.
+if(COMMAND fv_vm_test)
+    fv_guest(kms_tool display)
+    fv_guest(gpio_tool)
+    fv_vm_test(display foveola vm_kms_tool)
+    fv_vm_test(lines foveola vm_gpio_tool)
+endif()
