@@ -183,7 +183,8 @@ static int start(struct fv_kms *k, struct fv_error *error)
         if (k->reached > farthest) *error = why;
         if (k->reached > farthest) farthest = k->reached;
     }
-    if (farthest == REACHED_NOTHING && !named) fv_error_set(error, "there is no display card (/dev/dri/card0 to card%d)", FV_KMS_CARDS - 1);
+    if (farthest == REACHED_NOTHING && !named)
+        fv_error_set(error, "there is no display card (/dev/dri/card0 to card%d)", FV_KMS_CARDS - 1);
     return -1;
 }
 

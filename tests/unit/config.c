@@ -97,7 +97,7 @@ static const struct {
     {"[scene]\nsky = 1 2\nexposure = 1\n", NULL, "scene.sky: a row of 2 numbers, needs 3"},
     {"[scene]\npoint_lights = 1 2 3 4, 5 6\n", NULL, "scene.point_lights: a row of 4 numbers, needs 6"},
     {"[threads]\npin = off|on\n", NULL, "must be one of off|on"},
-    {"[gpio]\nline = 1\n", NULL, "test.ini:2: unknown section [gpio]"},
+    {"[radio]\nline = 1\n", NULL, "test.ini:2: unknown section [radio]"},
     {"[method]\nsupport = 5\n", NULL, "test.ini:2: method.support: 5: must be 4, 8 or 16"},
     {"[method]\ncluster = 3\n", NULL, "test.ini:2: method.cluster: 3: must be 1, 2 or 4"},
     {"[selective]\npara_deg = 3\n", NULL, "test.ini:2: selective.para_deg: 3 is less than selective.foveal_deg = 3.3"},
