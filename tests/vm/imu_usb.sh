@@ -21,9 +21,9 @@ echo "== unknown"
 /vm_imu_probe 1 imu.device=1d6b:0002
 
 echo "== steady"
-/vm_imu_gadget 1000 33 &
+/vm_imu_gadget 1000 13 &
 sleep 1
-/vm_imu_probe 30 imu.device=LHR-1
+/vm_imu_probe 10 imu.device=LHR-1
 wait
 echo "driver given back: $(driven)"
 

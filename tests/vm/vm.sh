@@ -57,7 +57,7 @@ poweroff -f
 END
 chmod +x "$work/root/init"
 (cd "$work/root" && find . | cpio -o -H newc --quiet) >"$work/initrd" # packed it would take longer
-timeout 250 qemu-system-x86_64 -M q35 -accel tcg,thread=single -cpu max -smp 1 \
+timeout 400 qemu-system-x86_64 -M q35 -accel tcg,thread=single -cpu max -smp 1 \
     -icount shift="$(option shift 1)",sleep=off -m "$(option memory 512)" -nodefaults -no-user-config -display none -serial stdio -no-reboot \
     -kernel "$kernel"/boot/vmlinuz-* -initrd "$work/initrd" \
     $(option devices "") -append "console=ttyS0 quiet panic=-1 mitigations=off" </dev/null | stdbuf -oL tr -d '\r' | tee "$work/output"
