@@ -83,6 +83,9 @@ struct fv_setup {
     struct fv_session session;
     struct fv_loop loop;
     struct fv_sensors *sensors;
+    bool recentre;         /* asked for: at the next latch the head's heading and place become straight ahead */
+    bool centred;          /* `centre` holds what was set by it */
+    struct fv_pose centre; /* relative to the sensors' */
     struct fv_png *png; /* for the report's pictures; NULL where no sink takes pictures */
 };
 

@@ -245,6 +245,44 @@ static void write_sensors(const struct fv_session *s)
     fv_writer_print(&out, "}");
 }
 
+/* A display and lines are told of only where there are any. */
+static void write_devices(const struct fv_session *s)
+{
+    const struct fv_session_display *d = &s->display;
+    const struct fv_session_gpio *g = &s->gpio;
+    if (d->mode[0]) {
+        key(",\n", "display");
+        text("{", "mode", d->mode);
+        number(",", "hz", d->hz);
+        number(",", "measured_hz", d->measured_hz);
+        text(",", "interface", d->atomic ? "atomic" : "legacy");
+        key(",", "vblank");
+        fv_writer_print(&out, d->vblank ? "true" : "false");
+        integer(",", "flips", d->flips);
+        integer(",", "skipped", d->skipped);
+        integer(",", "dropped", d->dropped);
+        integer(",", "busy", d->busy);
+        integer(",", "odd", d->odd);
+        integer(",", "lost", d->lost);
+        integer(",", "back", d->back);
+        integer(",", "bytes", d->bytes);
+        number(",", "copy_ms_mean", d->copy_ms_mean);
+        number(",", "copy_ms_most", d->copy_ms_most);
+        close_object();
+    }
+    if (g->lines > 0) {
+        key(",\n", "gpio");
+        integer("{", "lines", g->lines);
+        integer(",", "vsyncs", g->vsyncs);
+        integer(",", "odd", g->odd);
+        number(",", "vsync_hz", g->vsync_hz);
+        integer(",", "strobes", g->strobes);
+        integer(",", "presses", g->presses);
+        integer(",", "errors", g->errors);
+        close_object();
+    }
+}
+
 int fv_report_json(const struct fv_session *s, const struct fv_config *config, const char *path,
                    struct fv_error *error)
 {
@@ -274,6 +312,7 @@ int fv_report_json(const struct fv_session *s, const struct fv_config *config, c
     write_means(s);
     write_rings(s);
     write_sensors(s);
+    write_devices(s);
     write_memory(s);
     write_plan(s);
     fv_writer_print(&out, "}\n");

@@ -8,6 +8,7 @@
 #include "cli/report.h"
 
 #include "display/display.h"
+#include "platform/gpio.h"
 #include "platform/heap.h"
 #include "platform/log.h"
 #include "platform/spool.h"
@@ -22,6 +23,7 @@
 struct run {
     struct fv_setup setup;
     struct fv_display *display;
+    struct fv_gpio gpio;
     struct fv_picture picture;
     bool pictured;                      /* `picture` holds a frame */
     int64_t frames;                     /* asked for; -1: until a signal */
@@ -79,6 +81,17 @@ static void present(void *context, const struct fv_frame *f)
         fv_log("%s: no more pictures are written, the run goes on", error.text);
         r->exit_code = FV_EXIT_NOT_HELD;
     }
+    fv_gpio_strobe(&r->gpio);
+}
+
+/* Of the display; its line is nearer to what it does than the kernel's driver. */
+static bool beat(void *context, struct fv_beat *of)
+{
+    struct run *r = context;
+    *of = (struct fv_beat){.lead_ns = 0};
+    bool shown = fv_display_beat(r->display, of);
+    fv_gpio_poll(&r->gpio);
+    return fv_gpio_beat(&r->gpio, fv_clock_now_ns(&fv_clock_monotonic), of) || shown;
 }
 
 static bool decided(void *context, int64_t frame, struct fv_decision *decision)
@@ -89,12 +102,23 @@ static bool decided(void *context, int64_t frame, struct fv_decision *decision)
     return true;
 }
 
+/* What the lines say and are told, once a frame. */
+static void heed_lines(struct run *r, bool missed)
+{
+    fv_gpio_poll(&r->gpio);
+    if (fv_gpio_pressed(&r->gpio)) r->setup.recentre = true;
+    fv_gpio_frame(&r->gpio, missed);
+    if (r->gpio.text[0]) fv_log("%s", r->gpio.text);
+    r->gpio.text[0] = 0;
+}
+
 static bool after(void *context, const struct fv_session *s, const struct fv_frame_record *record)
 {
     struct run *r = context;
     int64_t now_ns = fv_clock_now_ns(&fv_clock_monotonic);
     fv_record_decision(&record->decision);
     fv_watchdog_feed(r->setup.config.budget_watchdog_s, now_ns);
+    heed_lines(r, record->missed);
     struct fv_frame_record whole = *record;
     whole.gaze_latency_ms = r->gaze_latency_ms;
     if (s->frames <= s->capacity) s->record[s->frames - 1] = whole;
@@ -159,17 +183,35 @@ static int open_frames_csv(struct run *r, const char *out, struct fv_error *erro
     return 0;
 }
 
-/* All that a run needs before the first frame; OUT is made once all that it does not hold is there. */
-static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error *error)
+/* A display with a vertical blank has a rate of its own, whatever budget.hz says. */
+static void take_rate(struct run *r)
+{
+    const struct fv_config *c = &r->setup.config;
+    struct fv_display_counts d = fv_display_counts(r->display);
+    double hz = d.hz;
+    if (hz <= 0 || !d.vblank || strcmp(c->budget_pace, "vsync") != 0) return;
+    if (fabs(hz - c->budget_hz) > 0.01 * c->budget_hz)
+        fv_log("the display refreshes at %.2f Hz, budget.hz says %g: frames are paced by the display", hz, c->budget_hz);
+    fv_loop_period(&r->setup.loop, llround(1e9 / hz));
+}
+
+/* Lines of a GPIO chip, at the pace that the frames have by now. */
+static int open_lines(struct run *r, struct fv_error *error)
+{
+    const struct fv_config *c = &r->setup.config;
+    const char *line[FV_GPIO_LINES] = {c->gpio_vsync, c->gpio_button, c->gpio_strobe, c->gpio_missed, c->gpio_heartbeat};
+    struct fv_gpio_settings settings = {.period_ns = r->setup.loop.period_ns};
+    snprintf(settings.chip, sizeof settings.chip, "%.63s", c->gpio_chip);
+    for (int i = 0; i < FV_GPIO_LINES; i++) snprintf(settings.line[i], sizeof settings.line[i], "%.63s", line[i]);
+    return fv_gpio_open(&r->gpio, &settings, &fv_gpio_system, error);
+}
+
+/* What stands in OUT while a run goes on. */
+static int prepare_out(struct run *r, const struct fv_arguments *a, struct fv_error *error)
 {
     struct fv_config *c = &r->setup.config;
-    if (fv_setup_open(&r->setup, &a->request, error)) return -1;
-    r->frames = a->frames;
-    if (fv_setup_take(&r->setup, r->frames, error)) return -1;
-    if (read_decisions(r, a, error)) return -1;
-    if (fv_display_open(&r->display, c, a->out, error)) return -1;
-    heed_signals();
-    fv_watchdog_open();
+    take_rate(r);
+    if (open_lines(r, error)) return -1;
     if (fv_folder_make(a->out, error)) return -1;
     if (strcmp(c->output_tape, "on") == 0 &&
         fv_record_open(c, r->setup.session.stage, r->setup.plan.passes, a->out, &r->spooler, error))
@@ -181,9 +223,53 @@ static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error 
     return 0;
 }
 
+/* All that a run needs before the first frame; OUT is made once all that it does not hold is there. */
+static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error *error)
+{
+    struct fv_config *c = &r->setup.config;
+    if (fv_setup_open(&r->setup, &a->request, error)) return -1;
+    r->frames = a->frames;
+    if (fv_setup_take(&r->setup, r->frames, error)) return -1;
+    if (read_decisions(r, a, error)) return -1;
+    if (fv_display_open(&r->display, c, a->out, error)) return -1;
+    heed_signals();
+    fv_watchdog_open();
+    if (prepare_out(r, a, error)) {
+        struct fv_error late;
+        fv_display_close(r->display, &late);
+        return -1;
+    }
+    return 0;
+}
+
 static double percentile(const struct fv_session *s, enum fv_column_name column, double percent)
 {
     return fv_column_percentile(s, &fv_columns[column], 0, fv_recorded(s), percent);
+}
+
+static void fill_devices(struct run *r)
+{
+    struct fv_display_counts d = fv_display_counts(r->display);
+    struct fv_session_display *out = &r->setup.session.display;
+    memcpy(out->mode, d.mode, sizeof out->mode);
+    out->hz = d.hz;
+    out->measured_hz = d.measured_hz;
+    out->atomic = d.atomic;
+    out->vblank = d.vblank;
+    out->flips = d.flips;
+    out->skipped = d.skipped;
+    out->dropped = d.dropped;
+    out->busy = d.busy;
+    out->odd = d.odd;
+    out->lost = d.lost;
+    out->back = d.back;
+    out->bytes = d.bytes;
+    out->copy_ms_mean = d.copy_ms_mean;
+    out->copy_ms_most = d.copy_ms_most;
+    const struct fv_gpio *g = &r->gpio;
+    double hz = g->vsync.count > 0 ? 1e9 / g->vsync.period_ns : 0;
+    r->setup.session.gpio = (struct fv_session_gpio){g->lines, g->counts.vsyncs, g->vsync.odd, g->counts.strobes,
+                                                     g->counts.presses, g->counts.errors, hz};
 }
 
 static void fill_session(struct run *r)
@@ -208,6 +294,7 @@ static void fill_session(struct run *r)
     s->camera_restarts = counts.camera.restarts;
     s->camera_ms_mean = counts.camera.latency_ms_mean;
     s->camera_ms_most = counts.camera.latency_ms_most;
+    fill_devices(r);
     s->gaze_latency_ms_p50 = percentile(s, FV_COLUMN_GAZE_LATENCY, 50);
     struct fv_spool_counts written = fv_spooler_counts(&r->spooler), frames = fv_spool_counts(&r->frames_csv);
     s->tape_rows = written.rows - frames.rows;
@@ -243,7 +330,6 @@ static void write_reports(struct run *r, const char *out)
     const struct fv_config *c = &r->setup.config;
     char path[FV_PATH_MAX + 16];
     struct fv_error error;
-    note(r, fv_display_close(r->display, &error), &error);
     note(r, fv_record_close(s->frames, out, &error), &error);
     note(r, fv_sensors_record_end(r->setup.sensors, &error), &error);
     snprintf(path, sizeof path, "%s/report.json", out);
@@ -265,14 +351,16 @@ int fv_verb_run(const struct fv_arguments *a)
         fv_log("%s", error.text);
         return FV_EXIT_UNUSABLE;
     }
-    struct fv_loop_io io = {&r, latch, wants, present, r.decided > 0 ? decided : NULL, after};
+    struct fv_loop_io io = {&r, latch, wants, present, r.decided > 0 ? decided : NULL, after, beat};
     fv_heap_seal(strcmp(r.setup.config.threads_sealed_heap, "fatal") == 0);
     fv_watchdog_feed(r.setup.config.budget_watchdog_s, fv_clock_now_ns(&fv_clock_monotonic));
     fv_loop_run(&r.setup.loop, &io, r.frames);
     fv_watchdog_feed(0, 0);
+    note(&r, fv_display_close(r.display, &error), &error); /* counts the flip that was under way */
     fv_sensors_close(r.setup.sensors);
     fv_spooler_stop(&r.spooler);
     fill_session(&r);
+    fv_gpio_close(&r.gpio);
     write_reports(&r, a->out);
     fv_progress_close(&r.setup.session, &r.setup.config,
                       &(struct fv_hints){r.setup.plan.method->levels > 1, r.decided > 0}, a->out);

@@ -6,6 +6,7 @@
 #include "platform/log.h"
 #include "platform/sandbox.h"
 
+#include <math.h>
 #include <string.h>
 
 const struct fv_method *fv_setup_method(const char *name, const char *key, struct fv_error *error)
@@ -25,6 +26,7 @@ const struct fv_method *fv_setup_method(const char *name, const char *key, struc
 int fv_setup_open(struct fv_setup *s, const struct fv_config_request *request, struct fv_error *error)
 {
     const struct fv_method *method;
+    s->recentre = s->centred = false;
     if (fv_config_load(&s->config, request, error)) return -1;
     struct fv_error why;
     if (s->config.threads_cores[0] && fv_threads_keep_to(s->config.threads_cores, &why))
@@ -58,11 +60,35 @@ int fv_setup_start(struct fv_setup *s, bool gaze, struct fv_error *error)
     return 0;
 }
 
+/* The head relative to where it was when recentring was last asked for: place and heading are forgotten, up stays up.
+ * Who looks straight up or down then has no heading, and keeps the one he had. */
+static void recentre(struct fv_setup *s, struct fv_pose *head)
+{
+    static const double ahead[3] = {0, 0, -1};
+    struct fv_pose back, moved;
+    if (s->recentre) {
+        double looks[3];
+        fv_quat_rotate(head->rotation, ahead, looks);
+        memcpy(s->centre.position_m, head->position_m, sizeof s->centre.position_m);
+        if (!s->centred || hypot(looks[0], looks[2]) > 1e-3)
+            fv_quat_from_yaw_pitch_roll(atan2(-looks[0], -looks[2]), 0, 0, s->centre.rotation);
+        s->centred = true;
+        s->recentre = false;
+    }
+    if (!s->centred) return;
+    fv_quat_conjugate(s->centre.rotation, back.rotation);
+    fv_quat_rotate(back.rotation, s->centre.position_m, back.position_m);
+    for (int i = 0; i < 3; i++) back.position_m[i] = -back.position_m[i];
+    fv_pose_compose(&back, head, &moved);
+    *head = moved;
+}
+
 void fv_setup_latch(struct fv_setup *s, int64_t now_ns, int64_t show_ns, struct fv_pose *relative,
                     struct fv_gaze *gaze, struct fv_pose *head)
 {
     struct fv_pose stand;
     fv_sensors_latch(s->sensors, now_ns, show_ns, relative, gaze);
+    recentre(s, relative);
     fv_path_pose(&s->config.scene_path, s->config.scene_path_seconds, show_ns, &stand);
     fv_pose_compose(&stand, relative, head);
 }

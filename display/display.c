@@ -38,8 +38,8 @@ static int none_close(void *state, struct fv_error *error)
     return 0;
 }
 
-static const struct fv_sink none = {"none", none_open, none_wants, none_present, none_close};
-static const struct fv_sink *const sinks[] = {&fv_sink_png, &fv_sink_y4m, &none};
+static const struct fv_sink none = {"none", none_open, none_wants, none_present, none_close, NULL, NULL};
+static const struct fv_sink *const sinks[] = {&fv_sink_png, &fv_sink_y4m, &fv_sink_kms, &none};
 enum { SINKS = sizeof sinks / sizeof sinks[0] };
 
 int fv_display_open(struct fv_display **display, const struct fv_config *config, const char *folder,
@@ -49,7 +49,7 @@ int fv_display_open(struct fv_display **display, const struct fv_config *config,
     for (int i = 0; i < SINKS; i++)
         if (strcmp(sinks[i]->name, config->display_sink) == 0) sink = sinks[i];
     if (!sink)
-        return fv_config_error(error, "display.sink", "'%.60s' is not known; there are: png y4m none",
+        return fv_config_error(error, "display.sink", "'%.60s' is not known; there are: png y4m kms none",
                                config->display_sink);
     void *state = sink->open(config, folder, error);
     if (!state) return -1;
@@ -85,4 +85,16 @@ int fv_display_present(struct fv_display *d, const struct fv_picture *picture, i
 int fv_display_close(struct fv_display *d, struct fv_error *error)
 {
     return d->sink->close(d->state, error);
+}
+
+bool fv_display_beat(struct fv_display *d, struct fv_beat *beat)
+{
+    return d->sink->beat && d->sink->beat(d->state, beat);
+}
+
+struct fv_display_counts fv_display_counts(const struct fv_display *d)
+{
+    struct fv_display_counts counts = {.hz = 0};
+    if (d->sink->counts) d->sink->counts(d->state, &counts);
+    return counts;
 }

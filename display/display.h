@@ -5,12 +5,14 @@
  * y4m   one 4:4:4 stream, the eyes side by side, BT.709 limited range, to a file, FIFO or standard
  *       output. A reader that is slow blocks present: the stream never drops a frame. SIGPIPE is
  *       ignored from open on.
+ * kms   a display of the kernel (kms.h): page flips at the vertical blank; needs no pictures kept
  * none  nowhere */
 #ifndef FV_DISPLAY_DISPLAY_H
 #define FV_DISPLAY_DISPLAY_H
 
 #include "config/config.h"
 #include "platform/files.h"
+#include "platform/vsync.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -38,7 +40,22 @@ bool fv_display_wants(const struct fv_display *display, int64_t frame, bool last
 int fv_display_present(struct fv_display *display, const struct fv_picture *picture, int64_t frame,
                        struct fv_error *error);
 
+/* Also where a run ends before its first frame: a display is given back as it was. */
 int fv_display_close(struct fv_display *display, struct fv_error *error);
+
+/* When a display refreshes, as of now; false: the sink is none, or has no vertical blank, or is lost. */
+bool fv_display_beat(struct fv_display *display, struct fv_beat *beat);
+
+/* What a display is and has done so far (kms.h says more). */
+struct fv_display_counts {
+    char mode[128]; /* "Virtual-1 1024x768, 60.00 Hz"; empty: the sink is no display, and all else is 0 */
+    double hz;      /* of its mode */
+    bool atomic, vblank;
+    int64_t flips, skipped, dropped, busy, odd, lost, back, bytes;
+    double copy_ms_mean, copy_ms_most; /* of a picture into the display's memory */
+    double measured_hz;                /* 0: not known */
+};
+struct fv_display_counts fv_display_counts(const struct fv_display *display);
 
 /* png: writes 8-bit RGB pictures of up to `width` x `height` pixels, compressed by zlib at `level`
  * 0 to 9, out of memory taken at fv_png_open. Used by the sink, the report and the tests. */

@@ -188,4 +188,4 @@ static int sink_close(void *state, struct fv_error *error)
     return 0;
 }
 
-const struct fv_sink fv_sink_png = {"png", sink_open, sink_wants, sink_present, sink_close};
+const struct fv_sink fv_sink_png = {"png", sink_open, sink_wants, sink_present, sink_close, NULL, NULL};

@@ -179,4 +179,4 @@ static int y4m_close(void *state, struct fv_error *error)
     return write_error(s, errno, error);
 }
 
-const struct fv_sink fv_sink_y4m = {"y4m", y4m_open, y4m_wants, y4m_present, y4m_close};
+const struct fv_sink fv_sink_y4m = {"y4m", y4m_open, y4m_wants, y4m_present, y4m_close, NULL, NULL};

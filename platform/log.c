@@ -72,12 +72,20 @@ void fv_log_progress(const char *format, ...)
     progress_shown = true;
 }
 
+static void (*at_death)(void);
+
+void fv_die_calls(void (*function)(void))
+{
+    at_death = function;
+}
+
 void fv_die(int code, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
     write_line(progress_shown ? "\r\033[Kfoveola: " : "foveola: ", format, arguments, "\n");
     va_end(arguments);
+    if (at_death) at_death();
     _exit(code);
 }
 

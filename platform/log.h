@@ -22,4 +22,7 @@ bool fv_log_is_terminal(void);
 /* Prints "foveola: message" and exits with the code (2: unusable input, 3: a device failed). */
 void fv_die(int code, const char *format, ...) __attribute__((format(printf, 2, 3), noreturn));
 
+/* What fv_die calls before it exits; one function, NULL: none. For what must not outlive the program: a screen. */
+void fv_die_calls(void (*function)(void));
+
 #endif

@@ -375,10 +375,19 @@ void fv_loop_restart(struct fv_loop *loop)
     loop->head = (struct fv_pose){.rotation = {1, 0, 0, 0}};
 }
 
+void fv_loop_period(struct fv_loop *loop, int64_t period_ns)
+{
+    loop->period_ns = period_ns;
+    loop->budget.period_ns = (double)period_ns;
+    loop->session->period_ms = 1e-6 * (double)period_ns;
+}
+
 /* Waits for this frame's turn; returns the session time that it is shown for, and its deadline. */
-static int64_t wait_for_turn(struct fv_loop *loop, int64_t *deadline_ns)
+static int64_t wait_for_turn(struct fv_loop *loop, const struct fv_loop_io *io, int64_t *deadline_ns)
 {
     const struct fv_clock *clock = loop->clock;
+    struct fv_beat beat;
+    if (io->beat && io->beat(io->context, &beat)) fv_pace_follow(&loop->pace, &beat);
     double needs_ns = fv_budget_foresee(&loop->budget);
     int periods = loop->budget.adapt ? loop->budget.control.periods : 1;
     int64_t period_ns = periods * loop->period_ns;
@@ -444,7 +453,7 @@ void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t fram
         int64_t lost = 0, deadline_ns = 0, t_ns = replayed ? decided.t_ns : n * loop->period_ns, now_ns = t_ns;
         if (paced) {
             int64_t before = loop->pace.flip;
-            t_ns = wait_for_turn(loop, &deadline_ns);
+            t_ns = wait_for_turn(loop, io, &deadline_ns);
             lost = n > 0 ? loop->pace.flip - before - 1 : 0;
             now_ns = fv_clock_now_ns(loop->clock) - loop->pace.epoch_ns;
         }

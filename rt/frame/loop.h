@@ -3,7 +3,7 @@
  *
  * budget.pace free: frames follow one another at once, in session time a period apart, so that a run can be
  * repeated on any machine. vsync: frame by frame the loop waits until there is just time enough left, latches,
- * and aims at a flip (pace.h). */
+ * and aims at a flip (pace.h): of a display, where there is one that tells when it refreshes, else by the clock. */
 #ifndef FV_FRAME_LOOP_H
 #define FV_FRAME_LOOP_H
 
@@ -26,6 +26,8 @@ struct fv_loop_io {
     bool (*decided)(void *context, int64_t frame, struct fv_decision *decision);
     /* Called after each frame, its record whole; returns false to stop. */
     bool (*after)(void *context, const struct fv_session *session, const struct fv_frame_record *record);
+    /* When the display refreshes, as of now; false: not known. NULL: nothing is followed. */
+    bool (*beat)(void *context, struct fv_beat *beat);
 };
 
 struct fv_loop {
@@ -51,6 +53,9 @@ struct fv_loop {
 void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const struct fv_plan *plan,
                   const struct fv_tracer *tracer, struct fv_workers *workers, struct fv_session *session,
                   int64_t frames);
+
+/* Frames have this period, not that of budget.hz: the display's own. Before frames. */
+void fv_loop_period(struct fv_loop *loop, int64_t period_ns);
 
 /* Runs `frames` frames (-1: until `after` says stop). Free, frame n is shown at n periods. */
 void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t frames);

@@ -1,11 +1,26 @@
 /* pace: see pace.h. */
 #include "rt/frame/pace.h"
 
-/* The first flip at or after a time. */
+static int64_t periods_up(int64_t t_ns, int64_t period_ns)
+{
+    int64_t whole = t_ns / period_ns;
+    return t_ns > whole * period_ns ? whole + 1 : whole;
+}
+
+/* The first flip whose deadline is at or after a time. */
 static int64_t flip_at(const struct fv_pace *p, int64_t t_ns)
 {
-    int64_t since_ns = t_ns - p->epoch_ns;
-    return since_ns <= 0 ? 0 : (since_ns + p->period_ns - 1) / p->period_ns;
+    int64_t flip = p->anchor + periods_up(t_ns - p->epoch_ns + p->lead_ns - p->anchor_ns, p->period_ns);
+    return flip > 0 ? flip : 0;
+}
+
+void fv_pace_follow(struct fv_pace *p, const struct fv_beat *beat)
+{
+    int64_t at_ns = beat->flip_ns - p->epoch_ns, half_ns = p->period_ns / 2;
+    p->anchor += periods_up(at_ns - p->anchor_ns - half_ns, p->period_ns);
+    p->anchor_ns = at_ns;
+    p->period_ns = beat->period_ns;
+    p->lead_ns = beat->lead_ns;
 }
 
 int64_t fv_pace_aim(struct fv_pace *p, int64_t now_ns, int64_t need_ns, int periods)

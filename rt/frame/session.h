@@ -75,6 +75,18 @@ struct fv_session {
     double camera_ms_mean, camera_ms_most; /* from a frame in memory to its gaze */
     int64_t tape_rows, tape_dropped; /* recorded, and not: the disk was slow or failed */
     int64_t heap_calls, memory_syscalls;
+    struct fv_session_display { /* a display of the machine; no mode: there is none, and all is 0 */
+        char mode[128];
+        double hz, measured_hz; /* measured_hz 0: not known */
+        bool atomic, vblank;
+        int64_t flips, skipped, dropped, busy, odd, lost, back, bytes;
+        double copy_ms_mean, copy_ms_most;
+    } display;
+    struct fv_session_gpio { /* lines of a GPIO chip; no lines: all is 0 */
+        int lines;
+        int64_t vsyncs, odd, strobes, presses, errors;
+        double vsync_hz;
+    } gpio;
     /* Rows of the plan: what was kept or left out, with the reason and bytes. */
     int plan_rows;
     struct fv_plan_row {

@@ -1,4 +1,5 @@
 fv_test(bench full_ratio rt)
+fv_test(bench kms_copy display)
 fv_test(bench light_maps rt)
 fv_test(bench peers rt)
 fv_test(bench atrous rt)

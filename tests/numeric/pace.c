@@ -8,6 +8,8 @@
 
 #include <cmocka.h>
 
+#include <math.h>
+
 static void aims(void **state)
 {
     (void)state;
@@ -76,12 +78,56 @@ static void any_times(void **state)
     }
 }
 
+/* A display whose period is 1 % off and drifts, told of by a refresh now and then: session times grow, deadlines are
+ * the lead before its refreshes, and nothing is skipped for its sake. */
+static void follows(void **state)
+{
+    (void)state;
+    uint64_t seed = 9;
+    struct fv_pace p = {.epoch_ns = 7000000000, .period_ns = 13333333};
+    double flip_ns = 7000000000 - 4e6, period_ns = 13200000;
+    int64_t now_ns = p.epoch_ns, shown_ns = 0;
+    for (int i = 0; i < 400000; i++) {
+        period_ns += random_between(&seed, -2, 2);
+        while (flip_ns + period_ns < (double)now_ns) flip_ns += period_ns;
+        struct fv_beat beat = {(int64_t)flip_ns, (int64_t)period_ns, 3000000};
+        int64_t before = p.flip;
+        if (i % 7 == 0) fv_pace_follow(&p, &beat);
+        int64_t start_ns = fv_pace_aim(&p, now_ns, 6000000, 1);
+        assert_true(start_ns >= now_ns && fv_pace_shown_ns(&p) > shown_ns);
+        shown_ns = fv_pace_shown_ns(&p);
+        if (i > 0) assert_int_equal(p.flip, before + 1);
+        double off = ((double)fv_pace_deadline_ns(&p) + 3e6 - flip_ns) / period_ns;
+        if (fabs(off - floor(off + 0.5)) > 1e-3) fail_msg("frame %d: %g periods", i, off);
+        assert_true(fv_pace_shown_ns(&p) - fv_pace_deadline_ns(&p) + p.epoch_ns == 3000000 + p.period_ns / 2);
+        now_ns = start_ns + 5500000;
+        assert_int_equal(fv_pace_done(&p, now_ns), 0);
+    }
+}
+
+/* Refreshes from before the session, far ahead, at half a period's distance: numbered to the nearest flip. */
+static void numbered(void **state)
+{
+    (void)state;
+    static const struct {
+        int64_t flip_ns, anchor;
+    } cases[] = {{1000, 0}, {951, 0}, {950, -1}, {1049, 0}, {1050, 0}, {1051, 1}, {-5000, -60}, {91000, 900}};
+    for (int i = 0; i < (int)(sizeof cases / sizeof cases[0]); i++) {
+        struct fv_pace p = {.epoch_ns = 1000, .period_ns = 100, .flip = 5};
+        fv_pace_follow(&p, &(struct fv_beat){cases[i].flip_ns, 101, 10});
+        if (p.anchor != cases[i].anchor) fail_msg("case %d: %lld", i, (long long)p.anchor);
+        assert_int_equal(fv_pace_deadline_ns(&p), cases[i].flip_ns + (5 - p.anchor) * 101 - 10);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(aims),
         cmocka_unit_test(lateness),
         cmocka_unit_test(any_times),
+        cmocka_unit_test(follows),
+        cmocka_unit_test(numbered),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

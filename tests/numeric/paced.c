@@ -198,6 +198,27 @@ static void present(void *context, const struct fv_frame *frame)
     fail_msg("presented, though not wanted");
 }
 
+/* A display 0.4 % slower than the settings say, whose refreshes fall where they will. */
+static const int64_t display_period_ns = 66933333, display_phase_ns = 12345678, display_lead_ns = 2000000;
+static bool follows;
+
+static bool beat(void *context, struct fv_beat *of)
+{
+    (void)context;
+    int64_t now = now_ns(NULL), since_ns = now - display_phase_ns;
+    if (!follows || since_ns < 0) return false;
+    *of = (struct fv_beat){now - since_ns % display_period_ns, display_period_ns, display_lead_ns};
+    return true;
+}
+
+/* Frames are meant for the middles of the display's scan-outs. */
+static void check_display(const struct fv_frame_record *r)
+{
+    int64_t begins_ns = m.loop.pace.epoch_ns + r->t_ns - display_period_ns / 2 - display_phase_ns;
+    if (m.frame > 0 && begins_ns % display_period_ns != 0)
+        fail_msg("frame %lld: %lld ns after a refresh", (long long)m.frame, (long long)(begins_ns % display_period_ns));
+}
+
 static bool after(void *context, const struct fv_session *session, const struct fv_frame_record *r)
 {
     (void)context;
@@ -210,13 +231,14 @@ static bool after(void *context, const struct fv_session *session, const struct 
     plant_count(&m.numbers, m.frame, r->level,
                 ((double)r->frame_ms * 1e6 + m.plant.other_ns) / (r->periods * plant_period_ns), r->cut,
                 r->cut, missed);
+    if (follows) check_display(r);
     m.frame++;
     return true;
 }
 
 static struct plant_numbers run(plant_function *function, const struct fv_config *config)
 {
-    static const struct fv_loop_io io = {.latch = latch, .wants = wants, .present = present, .after = after};
+    static const struct fv_loop_io io = {.latch = latch, .wants = wants, .present = present, .after = after, .beat = beat};
     static struct fv_workers workers;
     static struct fv_scene scene = {.name = "made up"};
     static const struct fv_tracer tracer = {.data = &scene, .isa = FV_ISA_BASE};
@@ -249,7 +271,7 @@ static const struct plant_limits plants[] = {
     {"clock jumps", plant_jumps, 400, 100, false},
 };
 
-static void plants_hold(void **state)
+static const struct fv_config *settings(void)
 {
     static struct fv_config config;
     const struct fv_config_request request = {
@@ -258,21 +280,42 @@ static void plants_hold(void **state)
                 "display.width=768", "display.height=768", "display.fov_in_deg=45", "display.fov_out_deg=45",
                 "display.fov_up_deg=45", "display.fov_down_deg=45"}};
     struct fv_error error;
-    int failed = 0;
-    (void)state;
     if (fv_config_load(&config, &request, &error)) fail_msg("%s", error.text);
     make_method();
+    return &config;
+}
+
+static void plants_hold(void **state)
+{
+    const struct fv_config *config = settings();
+    int failed = 0;
+    (void)state;
+    follows = false;
     plant_report_head();
     for (unsigned i = 0; i < COUNT(plants); i++) {
-        struct plant_numbers r = run(plants[i].function, &config);
+        struct plant_numbers r = run(plants[i].function, config);
         failed += !plant_report(&plants[i], &r);
     }
     assert_int_equal(failed, 0);
 }
 
+static void display_followed(void **state)
+{
+    (void)state;
+    follows = true;
+    int64_t most = frames_of_each;
+    frames_of_each = 2000;
+    run(plant_constant, settings());
+    frames_of_each = most;
+    assert_int_equal(m.frame, 2000);
+    assert_true(m.session.skipped <= 2);
+    int64_t took_ns = now_ns(NULL) - 2000 * display_period_ns;
+    assert_true(llabs(took_ns) <= 4 * display_period_ns);
+}
+
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(plants_hold)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(plants_hold), cmocka_unit_test(display_followed)};
     if (argc > 1) frames_of_each = strtoll(argv[1], NULL, 10);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

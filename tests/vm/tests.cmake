@@ -26,3 +26,11 @@ if(NOT FV_SANITIZE AND CMAKE_C_COMPILER_ID STREQUAL GNU)
     fv_vm_test(eye_camera foveola vm_camera_tool vm_camera_eye)
     fv_vm_test(devices foveola vm_imu_gadget vm_camera_tool vm_camera_eye)
 endif()
+
+# A display and lines of a GPIO chip.
+if(COMMAND fv_vm_test)
+    fv_guest(kms_tool display)
+    fv_guest(gpio_tool)
+    fv_vm_test(display foveola vm_kms_tool)
+    fv_vm_test(lines foveola vm_gpio_tool)
+endif()

@@ -1,7 +1,7 @@
 #!/bin/sh
 # vm.sh CACHE SCRIPT PROGRAM...: boots Debian's kernel under QEMU's software emulation with nothing but busybox and the
 # static programs, runs SCRIPT in it and prints what it prints. Lines of the script say what it needs: "# modules: ...",
-# "# module NAME: ..." their parameters, "# memory: MB", "# shift: N" a guest's instruction takes 2^N ns.
+# "# module NAME: ..." their parameters, "# devices: ..." of QEMU's, "# memory: MB", "# shift: N" a guest's instruction takes 2^N ns.
 # Guest time follows instructions (-icount), so rates hold on a busy machine; it says nothing about speed.
 # Exit: 0 when the script ran to its end, 77 where QEMU, busybox, the kernel or a module (./bootstrap vm) are not there;
 # 1 then, too, with CI=true.
@@ -60,5 +60,5 @@ chmod +x "$work/root/init"
 timeout 400 qemu-system-x86_64 -M q35 -accel tcg,thread=single -cpu max -smp 1 \
     -icount shift="$(option shift 1)",sleep=off -m "$(option memory 512)" -nodefaults -no-user-config -display none -serial stdio -no-reboot \
     -kernel "$kernel"/boot/vmlinuz-* -initrd "$work/initrd" \
-    -append "console=ttyS0 quiet panic=-1 mitigations=off" </dev/null | stdbuf -oL tr -d '\r' | tee "$work/output"
+    $(option devices "") -append "console=ttyS0 quiet panic=-1 mitigations=off" </dev/null | stdbuf -oL tr -d '\r' | tee "$work/output"
 grep -q '^vm: done' "$work/output"
