@@ -1,7 +1,7 @@
 #!/bin/sh
 # package.sh DEB [FOLDER]: installs the package into a bare Debian 12 (made by debootstrap in FOLDER, or already there), runs
 # the program and its check, kills a supervised run and waits for it to be back, upgrades, removes and purges; what is left
-# behind fails. Needs root, debootstrap, dpkg-dev's tools, and a Debian mirror; not part of ctest.
+# behind fails. FV_BACK_MS: within how long it has to be back, on a busy machine (2000). Needs root, debootstrap, dpkg-dev's tools, and a Debian mirror; not part of ctest.
 set -eu
 deb=$(realpath "$1")
 here=$(dirname "$(realpath "$0")")
@@ -40,7 +40,8 @@ say "killed, it is back"
 # As the unit does: always, 100 ms later; of a run that is killed, frames.csv.part is left.
 supervised() {
     for _ in 1 2 3 4; do
-        inside foveola run --config /etc/foveola/foveola.ini --set display.headset=small --out /tmp/work/kept &
+        # Not by inside: the shell that a function runs in would be killed in its place.
+        chroot "$root" foveola run --config /etc/foveola/foveola.ini --set display.headset=small --out /tmp/work/kept &
         echo $! >"$root/tmp/work/pid"
         wait $! || true
         sleep 0.1
@@ -58,6 +59,7 @@ await() {
     fail "no frames in five seconds"
 }
 await
+soon=0
 for _ in 1 2 3; do
     sleep 0.5
     rm -f "$mark"
@@ -66,10 +68,11 @@ for _ in 1 2 3; do
     await
     ms=$((($(date +%s%N) - from) / 1000000))
     say "frames again after $ms ms (the atrium)"
+    [ "$ms" -ge "${FV_BACK_MS:-2000}" ] || soon=$((soon + 1))
 done
 kill -9 "$(cat "$root/tmp/work/pid")"
 wait
-[ "$ms" -lt 2000 ] || fail "that is more than two seconds"
+[ "$soon" -ge 2 ] || fail "that is more than ${FV_BACK_MS:-2000} ms"
 
 say upgrade
 echo '; kept' >>"$root/etc/foveola/foveola.ini"
