@@ -55,6 +55,7 @@ int fv_setup_start(struct fv_setup *s, bool gaze, struct fv_error *error)
     needed = s->config;
     if (!gaze) strcpy(needed.eye_source, "none");
     fv_sandbox_ask(strcmp(s->config.threads_sandbox, "on") == 0);
+    fv_sandbox_keep_console(strcmp(s->config.display_sink, "kms") == 0);
     if (fv_sensors_open(&s->sensors, &needed, error)) return -1;
     fv_workers_start(&s->workers, s->plan.workers);
     return 0;

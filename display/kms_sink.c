@@ -1,4 +1,5 @@
 /* kms_sink: display.sink=kms: settings to kms.h, and what is said of changes. */
+#define _GNU_SOURCE
 #include "display/kms.h"
 
 #include "display/sink.h"
@@ -7,13 +8,18 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
-/* What ends the program before close (a full arena, a sealed heap) must give the console back all the same. */
+/* What ends the program before close (a full arena, a sealed heap) must give the console back all the same. A thread
+ * other than the one that shows pictures may be in the midst of it, and may call nothing else (platform/sandbox.h): the
+ * kernel takes the screen back as the card is closed. */
 static struct fv_kms *open_one;
 
 static void close_at_death(void)
 {
-    if (open_one) fv_kms_close(open_one);
+    if (!open_one) return;
+    if (gettid() == getpid()) fv_kms_close(open_one);
+    else open_one->io->console(open_one->io->context, false);
     open_one = NULL;
 }
 

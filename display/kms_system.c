@@ -2,7 +2,8 @@
  * the heap, which knows none but its own, also when a display comes back after the seal.
  *
  * The console: in graphics mode the kernel's text console does not draw over us and does not switch to another one;
- * where there is none, or it may not be opened, nothing is lost but that. */
+ * where there is none, or it may not be opened, nothing is lost but that. It stays open: giving it back is the one call
+ * that each thread may make (platform/sandbox_filter.c). */
 #define _GNU_SOURCE
 #include "display/kms.h"
 
@@ -73,15 +74,11 @@ static void system_console(void *context, bool graphics)
 {
     static int tty = -1, before = KD_TEXT;
     (void)context;
-    if (graphics && tty < 0) {
-        tty = open("/dev/tty0", O_RDWR | O_NOCTTY | O_CLOEXEC);
-        if (tty >= 0 && ioctl(tty, KDGETMODE, &before) == 0 && ioctl(tty, KDSETMODE, KD_GRAPHICS) == 0) return;
-    } else if (!graphics && tty >= 0) {
-        ioctl(tty, KDSETMODE, before);
-    } else {
-        return;
-    }
-    if (tty >= 0) close(tty);
+    if (!graphics && tty >= 0) ioctl(tty, KDSETMODE, before);
+    if (!graphics || tty >= 0) return;
+    tty = open("/dev/tty0", O_RDWR | O_NOCTTY | O_CLOEXEC);
+    if (tty < 0 || (ioctl(tty, KDGETMODE, &before) == 0 && ioctl(tty, KDSETMODE, KD_GRAPHICS) == 0)) return;
+    close(tty);
     tty = -1;
 }
 

@@ -85,7 +85,9 @@ void fv_die(int code, const char *format, ...)
     va_start(arguments, format);
     write_line(progress_shown ? "\r\033[Kfoveola: " : "foveola: ", format, arguments, "\n");
     va_end(arguments);
-    if (at_death) at_death();
+    void (*function)(void) = at_death;
+    at_death = NULL; /* what fails while it runs ends the program all the same */
+    if (function) function();
     _exit(code);
 }
 

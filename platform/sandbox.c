@@ -21,11 +21,16 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-static bool asked;
+static bool asked, console;
 
 void fv_sandbox_ask(bool on)
 {
     asked = on;
+}
+
+void fv_sandbox_keep_console(bool on)
+{
+    console = on;
 }
 
 #ifdef FV_HEAP
@@ -54,9 +59,10 @@ static void heed_forbidden(void)
     pthread_sigmask(SIG_UNBLOCK, &trap, NULL);
 }
 
-/* Of the calling thread. `keep`: bits of capabilities below 32 that stay. */
+/* Of the calling thread. `keep`: bits of capabilities below 32 that stay, beside the console's. */
 static void drop_capabilities(unsigned keep)
 {
+    if (console) keep |= 1u << CAP_SYS_TTY_CONFIG;
     struct __user_cap_header_struct head = {.version = _LINUX_CAPABILITY_VERSION_3};
     struct __user_cap_data_struct data[2] = {{keep, keep, 0}, {0, 0, 0}}, had[2] = {{0, 0, 0}, {0, 0, 0}};
     if (syscall(SYS_capget, &head, had) != 0) return;
@@ -144,8 +150,8 @@ int fv_sandbox_seal(struct fv_workers *workers, const char *out, struct fv_error
     int failed = enter(FV_SANDBOX_FIRST);
     if (failed || atomic_load(&refused))
         return fv_error_set(said, "the kernel refuses lists of system calls (seccomp): %s", strerror(atomic_load(&refused)));
-    fv_error_set(said, "system calls by thread, no capabilities%s, files made beneath the output %s",
-                 of_others ? " but CAP_DAC_OVERRIDE" : "", fenced ? "only (Landlock)" : "or elsewhere (no Landlock)");
+    fv_error_set(said, "system calls by thread, no capabilities%s%s, files made beneath the output %s",
+                 of_others ? " but CAP_DAC_OVERRIDE" : "", console ? " but CAP_SYS_TTY_CONFIG" : "", fenced ? "only (Landlock)" : "or elsewhere (no Landlock)");
     return 0;
 }
 
@@ -157,7 +163,7 @@ void fv_sandbox_enter_device(void)
 
 int fv_sandbox_seal(struct fv_workers *workers, const char *out, struct fv_error *said)
 {
-    (void)workers, (void)out, (void)asked;
+    (void)workers, (void)out, (void)asked, (void)console;
     return fv_error_set(said, "not in builds with sanitizers, which make system calls of their own");
 }
 

@@ -25,6 +25,10 @@ enum { FV_SANDBOX_EXIT = 3 };
 /* Whether threads of devices that are started from now on keep to their list from their beginning. Off before. */
 void fv_sandbox_ask(bool on);
 
+/* Whether all threads keep the right to give the text console back (CAP_SYS_TTY_CONFIG): a display took it, and the
+ * kernel lets nobody else do so whose terminal it is not. To be said before threads of devices are started. */
+void fv_sandbox_keep_console(bool on);
+
 /* For fv_thread_start: the calling thread, where it was asked for. What the system refuses is told by fv_sandbox_seal. */
 void fv_sandbox_enter_device(void);
 

@@ -6,6 +6,7 @@
 #include <assert.h>
 #include <fcntl.h>
 #include <linux/audit.h>
+#include <linux/kd.h>
 #include <linux/seccomp.h>
 #include <stddef.h>
 #include <sys/mman.h>
@@ -48,6 +49,9 @@ static const struct rule {
     {SYS_exit, ALL, 0, 0},
     {SYS_exit_group, ALL, 0, 0},
     {SYS_madvise, ALL, 0, 0}, /* the end of a thread */
+    /* A worker that ends the program gives the text console back (display/kms_sink.c): what has no other bits than
+     * KDSETMODE is of the console, too. */
+    {SYS_ioctl, WORKER, 1, ~(unsigned)KDSETMODE},
     /* Devices, which come and go: looked for, opened, their buffers mapped. */
     {SYS_ioctl, FIRST | DEVICE, 0, 0},
     {SYS_read, FIRST | DEVICE, 0, 0},

@@ -10,15 +10,19 @@
 
 #include <dirent.h>
 #include <errno.h>
+#include <linux/capability.h>
+#include <linux/kd.h>
 #include <sched.h>
 #include <signal.h>
 #include <stdatomic.h>
+#include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
 #include <time.h>
 
 static char outside[160];
+static _Alignas(4096) char page[4096];
 
 static void make_file_inside(void)
 {
@@ -55,6 +59,25 @@ static void open_device(void)
     if (fd < 0 || write(fd, "", 1) != 1 || close(fd)) _exit(52);
 }
 
+/* Places in which displays come back: what is not there is told to be, and not refused. */
+static void open_display_again(void)
+{
+    int fd = open("/dev/dri/none", O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    if (fd >= 0 || errno != ENOENT) _exit(54);
+    fd = open("/dev/full", O_RDWR | O_NOCTTY | O_CLOEXEC);
+    if (fd < 0 || ioctl(fd, TIOCGWINSZ, page) == 0 || errno != ENOTTY || close(fd)) _exit(55);
+}
+
+static void give_console_back(void)
+{
+    if (ioctl(-1, KDSETMODE, KD_TEXT) == 0 || errno != EBADF) _exit(56);
+}
+
+static void ask_terminal(void)
+{
+    ioctl(-1, TIOCGWINSZ, page);
+}
+
 static void map_shared(void)
 {
     if (syscall(SYS_mmap, NULL, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) == -1) _exit(53);
@@ -67,7 +90,6 @@ static void map_code(void)
 
 static void make_code(void)
 {
-    static _Alignas(4096) char page[4096];
     mprotect(page, sizeof page, PROT_READ | PROT_EXEC);
 }
 
@@ -96,6 +118,29 @@ static void take_rights(void)
     syscall(SYS_setresuid, 0, 0, 0);
 }
 
+/* Capabilities of the first thread. */
+static unsigned long long had, console_right = 1ull << CAP_SYS_TTY_CONFIG;
+static unsigned long long rights(void)
+{
+    char text[4096];
+    int fd = open("/proc/self/status", O_RDONLY);
+    ssize_t n = fd < 0 ? 0 : read(fd, text, sizeof text - 1);
+    text[n > 0 ? n : 0] = 0;
+    close(fd);
+    const char *at = strstr(text, "CapEff:");
+    return at ? strtoull(at + 7, NULL, 16) : ~0ull;
+}
+
+static void look_at_rights(void)
+{
+    if (rights() != 0) _exit(57);
+}
+
+static void look_at_rights_with_a_console(void)
+{
+    if (rights() != (had & console_right)) _exit(58);
+}
+
 static void sleep_shortly(void)
 {
     struct timespec t = {0, 1000};
@@ -121,6 +166,9 @@ static const struct trial {
     {"sleep", NULL, sleep_shortly, F | D | W},
     {"look at /sys", "openat", look_at_system, F | D},
     {"open a device", "openat", open_device, F | D},
+    {"open a display again", "openat", open_display_again, F | D},
+    {"give the console back", "ioctl", give_console_back, F | D | W},
+    {"ask a terminal", "ioctl", ask_terminal, F | D},
     {"map memory", "mmap", map_shared, F | D},
     {"make a file inside", "openat", make_file_inside, F},
     {"make a file outside", "openat", make_file_outside, 0},
@@ -164,7 +212,9 @@ static void attempt(void)
     char out[160];
     snprintf(out, sizeof out, "%s/out", program_folder());
     alarm(20);
+    had = rights();
     fv_sandbox_ask(true);
+    fv_sandbox_keep_console(now.trial->call == look_at_rights_with_a_console);
     fv_workers_start(&workers, WORKERS);
     if (fv_thread_start(&thread, "device", FV_CAN_WAIT, device_thread, NULL, &said)) _exit(60);
     if (fv_sandbox_seal(&workers, out, &said)) _exit(77);
@@ -236,6 +286,15 @@ static void files_of_others_are_not_read(void **state)
     }
     assert_int_equal(code, FV_SANDBOX_EXIT);
     assert_string_equal(errors, "");
+}
+
+static void a_display_keeps_the_right_to_the_console_alone(void **state)
+{
+    (void)state;
+    static const struct trial of[] = {{"rights", NULL, look_at_rights, F}, {"a console", NULL, look_at_rights_with_a_console, F}};
+    char errors[1024];
+    skip_without_own_heap();
+    for (int i = 0; i < 2; i++) assert_int_equal(tried(&of[i], 0, errors, sizeof errors), 0);
 }
 
 #define SMALL "--set scene.name=cornell --set display.headset=small --set threads.workers=2 "
@@ -346,6 +405,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(each_thread_keeps_to_its_list),
                                        cmocka_unit_test(files_of_others_are_not_read),
+                                       cmocka_unit_test(a_display_keeps_the_right_to_the_console_alone),
                                        cmocka_unit_test(running_threads_have_no_rights_left),
                                        cmocka_unit_test(whole_runs_keep_to_the_lists),
                                        cmocka_unit_test(no_network_is_linked_in)};
