@@ -1,6 +1,7 @@
 fv_test(unit png display)
 fv_test(unit y4m display)
 fv_test(unit kms display)
+fv_test(unit kms_faults display)
 fv_test(unit vsync platform)
 fv_test(unit recentre cli)
 fv_test(unit gpio platform)
