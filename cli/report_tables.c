@@ -105,31 +105,80 @@ void fv_report_memory(struct fv_report_page *page)
     fv_section_close(page->out);
 }
 
+/* A row of counters: `bad` marks what ought not to be. */
+struct counter {
+    const char *what;
+    int64_t count;
+    bool bad;
+};
+
+static void add_counters(struct fv_writer *out, const struct counter *row, size_t rows)
+{
+    for (size_t i = 0; i < rows; i++) {
+        const char *tag = row[i].bad && row[i].count ? "b" : "span";
+        fv_writer_print(out, "<tr class=\"%s\"><th scope=\"row\">%s</th><td class=\"n\"><%s>%lld</%s></td></tr>\n",
+                        tag[0] == 'b' ? "bad" : "", row[i].what, tag, (long long)row[i].count, tag);
+    }
+}
+
+/* A row that is no count: text, or a number with its unit. */
+static void add_fact(struct fv_writer *out, const char *what, const char *text, const char *unit)
+{
+    fv_writer_print(out, "<tr><th scope=\"row\">%s</th><td class=\"n\">", what);
+    fv_html_text(out, text);
+    fv_writer_print(out, "%s</td></tr>\n", unit);
+}
+
+static void add_display(struct fv_writer *out, const struct fv_session_display *d)
+{
+    const struct counter rows[] = {{"pictures shown", d->flips, false},
+                                   {"refreshes that showed the older picture again", d->skipped, false},
+                                   {"pictures never shown", d->dropped, true},
+                                   {"flips refused as the last was not over", d->busy, false},
+                                   {"display events that cannot be", d->odd, true},
+                                   {"times the display was lost", d->lost, true},
+                                   {"times it came back", d->back, false}};
+    if (!d->mode[0]) return;
+    add_fact(out, "display", d->mode, d->atomic ? "; atomic" : "; legacy");
+    if (d->measured_hz > 0) add_fact(out, "its refresh, measured", fv_shown_fixed(d->measured_hz, 2).text, " Hz");
+    else add_fact(out, "its refresh", d->vblank ? "not measured" : "no vertical blank: paced by the clock", "");
+    add_counters(out, rows, sizeof rows / sizeof rows[0]);
+    add_fact(out, "bytes of pictures copied to it", fv_shown_bytes((double)d->bytes).text, "");
+    add_fact(out, "copy of a picture, mean", fv_shown_fixed(d->copy_ms_mean, 2).text, " ms");
+    add_fact(out, "copy of a picture, longest", fv_shown_fixed(d->copy_ms_most, 2).text, " ms");
+}
+
+static void add_lines(struct fv_writer *out, const struct fv_session_gpio *g)
+{
+    const struct counter rows[] = {{"GPIO lines used", g->lines, false},
+                                   {"vertical syncs on their line", g->vsyncs, false},
+                                   {"vertical syncs out of time", g->odd, true},
+                                   {"changes of the strobe", g->strobes, false},
+                                   {"presses of the button", g->presses, false},
+                                   {"GPIO calls that failed", g->errors, true}};
+    if (g->lines < 1) return;
+    add_counters(out, rows, sizeof rows / sizeof rows[0]);
+    if (g->vsync_hz > 0) add_fact(out, "vertical syncs a second", fv_shown_fixed(g->vsync_hz, 2).text, " Hz");
+}
+
 void fv_report_sealed(struct fv_report_page *page)
 {
     const struct fv_session *s = page->session;
-    const struct {
-        const char *what;
-        int64_t count, bad;
-    } rows[] = {{"heap calls after start-up", s->heap_calls, s->heap_calls},
-                {"memory system calls after start-up", s->memory_syscalls, s->memory_syscalls},
-                {"gaze samples", s->gaze_samples, 0},
-                {"gaze samples lost", s->gaze_lost, 0},
-                {"head samples", s->imu_samples, 0},
-                {"head samples rejected", s->imu_rejected, s->imu_rejected},
-                {"head samples lost by the device", s->imu_lost, s->imu_lost},
-                {"times the device came again", s->imu_reconnects, s->imu_reconnects}};
+    const struct counter rows[] = {{"heap calls after start-up", s->heap_calls, true},
+                                   {"memory system calls after start-up", s->memory_syscalls, true},
+                                   {"gaze samples", s->gaze_samples, false},
+                                   {"gaze samples lost", s->gaze_lost, false},
+                                   {"head samples", s->imu_samples, false},
+                                   {"head samples rejected", s->imu_rejected, true},
+                                   {"head samples lost by the device", s->imu_lost, true},
+                                   {"times the device came again", s->imu_reconnects, true}};
     fv_section_open(page->out, "Counters", NULL);
     fv_table_open(page->out, "counters",
                   "<th scope=\"col\">of the session</th><th scope=\"col\" class=\"n\">count</th>");
-    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
-        fv_writer_print(page->out,
-                        "<tr class=\"%s\"><th scope=\"row\">%s</th><td class=\"n\"><%s>%lld</%s></td></tr>\n",
-                        rows[i].bad ? "bad" : "", rows[i].what, rows[i].bad ? "b" : "span",
-                        (long long)rows[i].count, rows[i].bad ? "b" : "span");
-    fv_writer_print(page->out,
-                    "<tr><th scope=\"row\">gaze latency, median</th><td class=\"n\">%s ms</td></tr>\n",
-                    fv_shown_fixed(s->gaze_latency_ms_p50, 2).text);
+    add_counters(page->out, rows, sizeof rows / sizeof rows[0]);
+    add_fact(page->out, "gaze latency, median", fv_shown_fixed(s->gaze_latency_ms_p50, 2).text, " ms");
+    add_display(page->out, &s->display);
+    add_lines(page->out, &s->gpio);
     fv_table_close(page->out);
     fv_section_close(page->out);
 }
