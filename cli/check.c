@@ -130,7 +130,7 @@ int fv_verb_check(const struct fv_arguments *a)
     static struct fv_setup setup;
     static struct fv_writer out;
     static struct fv_config config;
-    static struct fv_check check = {.root = "", .camera = &fv_camera_system};
+    static struct fv_check check = {.root = "", .camera = &fv_camera_system, .display = &fv_kms_system, .lines = &fv_gpio_system};
     struct fv_error error;
     if (a->root) check.root = a->root;
     if (fv_setup_open(&setup, &a->request, &error)) {

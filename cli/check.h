@@ -3,12 +3,14 @@
  *
  *   check_machine.c   clock and timers, frequency, heat, memory
  *   check_devices.c   devices and permissions: a table, a row each; a new device adds one there
+ *   check_display.c   a display of this machine, and lines of a GPIO chip
  *   check_speed.c     what the cores can do, with the scene and method of the settings
  *   check.c           the verb: table, JSON, exit code */
 #ifndef FV_CLI_CHECK_H
 #define FV_CLI_CHECK_H
 
 #include "cli/cli.h"
+#include "display/kms.h"
 #include "sensors/eye/v4l2.h"
 
 enum fv_check_state {
@@ -30,6 +32,8 @@ struct fv_check_row {
 struct fv_check {
     const char *root;                  /* folder in whose place / is: "" but in tests */
     const struct fv_camera_io *camera; /* fv_camera_system but in tests */
+    const struct fv_kms_io *display;   /* fv_kms_system but in tests */
+    const struct fv_gpio_io *lines;    /* fv_gpio_system but in tests */
     int rows, left_out;                /* left_out: rows that found no room */
     struct fv_check_row row[FV_CHECK_ROWS_MAX];
     /* Measured; 0 where it was not. */
@@ -49,6 +53,12 @@ void fv_check_add(struct fv_check *check, const char *group, const char *what, e
 void fv_check_machine(struct fv_check *check);
 void fv_check_memory(struct fv_check *check, const struct fv_config *config);
 void fv_check_devices(struct fv_check *check, const struct fv_config *config);
+
+/* Rows of check_devices.c's table. */
+bool fv_check_display_asked(const struct fv_config *config);
+void fv_check_display(struct fv_check *check, const struct fv_config *config, const char *what);
+bool fv_check_lines_asked(const struct fv_config *config);
+void fv_check_lines(struct fv_check *check, const struct fv_config *config, const char *what);
 
 /* Runs the scene for so many seconds. `setup`: memory is taken (fv_setup_take), its loop adapts where its method can;
  * config: as the user has it, who may not have asked that it adapts. */

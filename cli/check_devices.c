@@ -147,6 +147,8 @@ static const struct {
     {"right eye camera", right_camera_asked, look_right, "eye.device_right is not set, or eye.source is not v4l2"},
     {"eye calibration", cameras_asked, look_at_calibration, "eye.source is not v4l2"},
     {"inertial sensor", imu_asked, look_at_imu, "imu.source is not usb"},
+    {"display", fv_check_display_asked, fv_check_display, "display.sink is not kms: the refresh rate is budget.hz"},
+    {"gpio", fv_check_lines_asked, fv_check_lines, "gpio.* names no line"},
 };
 
 void fv_check_devices(struct fv_check *c, const struct fv_config *config)
@@ -155,6 +157,4 @@ void fv_check_devices(struct fv_check *c, const struct fv_config *config)
         if (devices[i].asked(config)) devices[i].look(c, config, devices[i].what);
         else fv_check_add(c, "device", devices[i].what, FV_CHECK_UNASKED, "", "%s", devices[i].unasked);
     }
-    fv_check_add(c, "device", "display", FV_CHECK_UNASKED, "", "display.sink is %s: the refresh rate is budget.hz, %g Hz",
-                 config->display_sink, config->budget_hz);
 }

@@ -6,6 +6,7 @@
 #include "config/config.h"
 #include "display/display.h"
 #include "platform/files.h"
+#include "platform/gpio.h"
 #include "platform/realtime.h"
 #include "rt/frame/loop.h"
 #include "rt/scene/path.h"
@@ -123,5 +124,8 @@ void fv_setup_realtime(struct fv_setup *setup, bool apply);
 /* Gives up what frames do not need (platform/sandbox.h), at the very last: files are made in `out` only from here on.
  * A row of the plan, too. */
 void fv_setup_seal(struct fv_setup *setup, const char *out);
+
+/* gpio.* of the settings; period_ns: of the display. */
+void fv_setup_lines(struct fv_gpio_settings *lines, const struct fv_config *config, int64_t period_ns);
 
 #endif

@@ -198,11 +198,8 @@ static void take_rate(struct run *r)
 /* Lines of a GPIO chip, at the pace that the frames have by now. */
 static int open_lines(struct run *r, struct fv_error *error)
 {
-    const struct fv_config *c = &r->setup.config;
-    const char *line[FV_GPIO_LINES] = {c->gpio_vsync, c->gpio_button, c->gpio_strobe, c->gpio_missed, c->gpio_heartbeat};
-    struct fv_gpio_settings settings = {.period_ns = r->setup.loop.period_ns};
-    snprintf(settings.chip, sizeof settings.chip, "%.63s", c->gpio_chip);
-    for (int i = 0; i < FV_GPIO_LINES; i++) snprintf(settings.line[i], sizeof settings.line[i], "%.63s", line[i]);
+    struct fv_gpio_settings settings;
+    fv_setup_lines(&settings, &r->setup.config, r->setup.loop.period_ns);
     return fv_gpio_open(&r->gpio, &settings, &fv_gpio_system, error);
 }
 

@@ -7,6 +7,7 @@
 #include "platform/sandbox.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 const struct fv_method *fv_setup_method(const char *name, const char *key, struct fv_error *error)
@@ -155,6 +156,14 @@ void fv_setup_realtime(struct fv_setup *s, bool apply)
                     row[i].reason);
     }
     fv_plan_report(&s->plan, &s->session);
+}
+
+void fv_setup_lines(struct fv_gpio_settings *lines, const struct fv_config *c, int64_t period_ns)
+{
+    const char *line[FV_GPIO_LINES] = {c->gpio_vsync, c->gpio_button, c->gpio_strobe, c->gpio_missed, c->gpio_heartbeat};
+    *lines = (struct fv_gpio_settings){.period_ns = period_ns};
+    snprintf(lines->chip, sizeof lines->chip, "%.63s", c->gpio_chip);
+    for (int i = 0; i < FV_GPIO_LINES; i++) snprintf(lines->line[i], sizeof lines->line[i], "%.63s", line[i]);
 }
 
 void fv_setup_seal(struct fv_setup *s, const char *out)

@@ -156,7 +156,7 @@ static int take_card(struct fv_kms *k, struct fv_error *error)
     k->atomic = enable(k, DRM_CLIENT_CAP_UNIVERSAL_PLANES) && enable(k, DRM_CLIENT_CAP_ATOMIC);
     int failed = control(k, DRM_IOCTL_SET_MASTER, NULL);
     k->master = failed >= 0;
-    if (!k->master) {
+    if (!k->master && !k->shares) {
         k->reached = REACHED_MASTER;
         return fv_error_set(error,
                             "%s: another program holds the display (%s): end it, a display server most likely "
@@ -166,7 +166,7 @@ static int take_card(struct fv_kms *k, struct fv_error *error)
     k->reached = REACHED_DISPLAY;
     if (fv_kms_pick(k, error)) return -1;
     k->reached = REACHED_ALL;
-    return show(k, error);
+    return k->looks ? 0 : show(k, error);
 }
 
 static int start(struct fv_kms *k, struct fv_error *error)
@@ -196,6 +196,13 @@ int fv_kms_open(struct fv_kms *k, const struct fv_kms_settings *settings, const 
     io->console(io->context, true);
     k->graphics = true;
     return 0;
+}
+
+int fv_kms_take(struct fv_kms *k, const struct fv_kms_settings *settings, const struct fv_kms_io *io, bool shares,
+                struct fv_error *error)
+{
+    *k = (struct fv_kms){.settings = *settings, .io = io, .fd = -1, .front = -1, .queued = -1, .looks = true, .shares = shares};
+    return start(k, error);
 }
 
 static enum fv_kms_event lose(struct fv_kms *k, const char *format, ...) __attribute__((format(printf, 2, 3)));

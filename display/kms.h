@@ -6,6 +6,7 @@
  *   kms.c         buffers, pictures, events; losing the display and finding it again
  *   kms_copy.c    pixels
  *   kms_system.c  the system calls, behind struct fv_kms_io
+ *   kms_look.c    what is there, for `foveola check`
  *   kms_sink.c    the sink that display.sink=kms names
  *
  * A state machine that is stepped by pictures: no thread, no clock of its own, no allocation, so that tests drive it by
@@ -124,6 +125,7 @@ struct fv_kms {
     struct fv_kms_screen screen[FV_KMS_SCREENS];
     bool master, atomic, vblank, monotonic, set; /* set: the mode is ours, to be given back */
     bool missing, graphics;
+    bool looks, shares;         /* fv_kms_take: nothing is shown; a card that another program holds will do, too */
     int front, queued;          /* buffers: shown; flipped to, not yet shown; -1: none */
     struct fv_vsync vsync;      /* of screen 0 */
     int64_t nominal_ns;         /* period of the mode */
@@ -152,6 +154,26 @@ bool fv_kms_beat(struct fv_kms *kms, struct fv_beat *beat);
 
 /* Waits for the flip that is under way, gives the screen back as it was, and closes. */
 void fv_kms_close(struct fv_kms *kms);
+
+/* kms_look.c: what fv_kms_open would take, without showing anything. */
+struct fv_kms_looked {
+    bool held;          /* another program holds the card: all that is here is known, but a mode cannot be set */
+    bool shows;         /* the first screen is on, in the mode ... */
+    char mode[32];      /* ... "1920x1080, 60.00 Hz" */
+    double mode_hz, measured_hz; /* of that mode: as it says; by its vertical blanks, 0: the driver tells none */
+};
+
+/* Finds card, connectors and modes: 0, with kms->path and kms->screen as they would be taken; or -1 with what is wrong.
+ * Takes 0.3 s. Nothing is changed, and all is closed again. */
+int fv_kms_look(struct fv_kms *kms, const struct fv_kms_settings *settings, const struct fv_kms_io *io,
+                struct fv_kms_looked *looked, struct fv_error *error);
+
+/* kms.c: opens a card and picks from it; 0 or -1 as fv_kms_open. */
+int fv_kms_take(struct fv_kms *kms, const struct fv_kms_settings *settings, const struct fv_kms_io *io, bool shares,
+                struct fv_error *error);
+
+/* kms_sink.c: display.* of the settings. */
+int fv_kms_settings_of(struct fv_kms_settings *settings, const struct fv_config *config, struct fv_error *error);
 
 /* kms_pick.c: fills fd's screens: connector, CRTC and mode of each, and sets nominal_ns and blank_ns. */
 int fv_kms_pick(struct fv_kms *kms, struct fv_error *error);

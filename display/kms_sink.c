@@ -23,7 +23,7 @@ static void close_at_death(void)
     open_one = NULL;
 }
 
-static int read_settings(struct fv_kms_settings *w, const struct fv_config *c, struct fv_error *error)
+int fv_kms_settings_of(struct fv_kms_settings *w, const struct fv_config *c, struct fv_error *error)
 {
     *w = (struct fv_kms_settings){.buffers = (int)c->display_buffers,
                                   .eyes = (int)c->display_eyes,
@@ -55,7 +55,7 @@ static void *sink_open(const struct fv_config *config, const char *folder, struc
 {
     struct fv_kms_settings settings;
     (void)folder;
-    if (read_settings(&settings, config, error)) return NULL;
+    if (fv_kms_settings_of(&settings, config, error)) return NULL;
     struct fv_kms *k = fv_arena_take(fv_arena(), "display", sizeof *k, 64);
     if (fv_kms_open(k, &settings, &fv_kms_system, error)) return NULL;
     open_one = k;

@@ -35,6 +35,8 @@ struct fv_gpio_io {
     /* The chip of that label or name (gpiochip0). 0, or -1 with the error set. */
     int (*open)(void *context, const char *chip, struct fv_error *error);
     int (*find)(void *context, const char *name); /* offset of a line by its name; -1: the chip has none */
+    /* Whether a line is free: 0; 1: held, by whom; -errno. */
+    int (*look)(void *context, int offset, char holder[FV_GPIO_NAME]);
     /* Takes lines: edges of the inputs are kept, outputs begin low. 0, or -1 with the error set. */
     int (*take)(void *context, const int *input, int inputs, const int *output, int outputs, struct fv_error *error);
     int (*edges)(void *context, struct fv_gpio_edge *edge, int most); /* those that wait, oldest first; -errno */

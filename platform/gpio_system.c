@@ -58,6 +58,18 @@ static int system_find(void *context, const char *name)
     return gpiod_chip_get_line_offset_from_name(held.chip, name);
 }
 
+static int system_look(void *context, int offset, char holder[FV_GPIO_NAME])
+{
+    struct gpiod_line_info *info = gpiod_chip_get_line_info(held.chip, (unsigned)offset);
+    (void)context;
+    if (!info) return -errno;
+    const char *name = gpiod_line_info_get_consumer(info);
+    int used = gpiod_line_info_is_used(info);
+    snprintf(holder, FV_GPIO_NAME, "%s", name ? name : "the kernel");
+    gpiod_line_info_free(info);
+    return used;
+}
+
 /* A request of lines that are set alike; NULL with errno set. */
 static struct gpiod_line_request *request(struct gpiod_line_settings *settings, const int *offset, int lines)
 {
@@ -137,5 +149,5 @@ static void system_close(void *context)
     (void)context;
 }
 
-const struct fv_gpio_io fv_gpio_system = {system_open,  system_find, system_take, system_edges,
-                                          system_set, system_close, NULL};
+const struct fv_gpio_io fv_gpio_system = {system_open,  system_find, system_look,  system_take,
+                                          system_edges, system_set,  system_close, NULL};

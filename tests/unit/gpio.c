@@ -67,7 +67,7 @@ static void fake_close(void *context)
     memset(&fake, 0, sizeof fake);
 }
 
-static const struct fv_gpio_io io = {fake_open, fake_find, fake_take, fake_edges, fake_set, fake_close, NULL};
+static const struct fv_gpio_io io = {fake_open, fake_find, NULL, fake_take, fake_edges, fake_set, fake_close, NULL};
 static struct fv_gpio gpio;
 static struct fv_error error;
 
