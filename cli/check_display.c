@@ -50,19 +50,22 @@ void fv_check_display(struct fv_check *c, const struct fv_config *config, const 
     struct fv_error error;
     char name[96];
     if (fv_kms_settings_of(&settings, config, &error) || fv_kms_look(&kms, &settings, c->display, &looked, &error)) {
-        fv_check_add(c, "device", what, FV_CHECK_FAULT, "what it says; display.* as what is there", "%s", error.text);
+        fv_check_add(c, "device", what, FV_CHECK_FAULT,
+                     "plug a display in, or set display.device, display.connector and display.mode to what is there", "%s", error.text);
         return;
     }
     name_holder(c, kms.path, name, sizeof name);
     if (looked.held)
         fv_check_add(c, "device", what, FV_CHECK_FAULT,
-                     "end who holds it, a display server most likely (systemctl stop display-manager), or name another card by display.device",
+                     "end who holds it, a display server most likely (systemctl stop display-manager), or name another card by "
+                     "display.device",
                      "%.200s is held by %.90s", kms.path, name);
     else fv_check_add(c, "device", what, FV_CHECK_OK, "", "%.200s may be opened, and nobody holds it", kms.path);
     for (int s = 0; s < kms.screens; s++) {
         const struct fv_kms_screen *screen = &kms.screen[s];
         double hz = fv_kms_mode_hz(&screen->mode);
-        bool paced = strcmp(config->budget_pace, "vsync") == 0, near = fabs(hz - config->budget_hz) <= 0.01 * config->budget_hz;
+        bool paced = strcmp(config->budget_pace, "vsync") == 0;
+        bool near = fabs(hz - config->budget_hz) <= 0.01 * config->budget_hz;
         fv_check_add(c, "device", s ? "right connector" : "connector", near ? FV_CHECK_OK : FV_CHECK_NOTE,
                      near    ? ""
                      : paced ? "budget.hz as the display has it, or another display.mode; a run is paced by the display"

@@ -151,7 +151,8 @@ int fv_sandbox_seal(struct fv_workers *workers, const char *out, struct fv_error
     if (failed || atomic_load(&refused))
         return fv_error_set(said, "the kernel refuses lists of system calls (seccomp): %s", strerror(atomic_load(&refused)));
     fv_error_set(said, "system calls by thread, no capabilities%s%s, files made beneath the output %s",
-                 of_others ? " but CAP_DAC_OVERRIDE" : "", console ? " but CAP_SYS_TTY_CONFIG" : "", fenced ? "only (Landlock)" : "or elsewhere (no Landlock)");
+                 of_others ? " but CAP_DAC_OVERRIDE" : "", console ? of_others ? ", CAP_SYS_TTY_CONFIG" : " but CAP_SYS_TTY_CONFIG" : "",
+                 fenced ? "only (Landlock)" : "or elsewhere (no Landlock)");
     return 0;
 }
 

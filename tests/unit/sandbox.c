@@ -5,6 +5,7 @@
 #include "platform/sandbox.h"
 
 #include "platform/files.h"
+#include "platform/log.h"
 #include "tests/support/program.h"
 #include "tests/support/stripped.h"
 
@@ -71,6 +72,13 @@ static void open_display_again(void)
 static void give_console_back(void)
 {
     if (ioctl(-1, KDSETMODE, KD_TEXT) == 0 || errno != EBADF) _exit(56);
+}
+
+/* As the display does at the program's death; whoever dies. */
+static void die(void)
+{
+    fv_die_calls(give_console_back);
+    fv_die(gettid() > 0 && getpid() > 0 ? 0 : 59, "ends");
 }
 
 static void ask_terminal(void)
@@ -168,6 +176,7 @@ static const struct trial {
     {"open a device", "openat", open_device, F | D},
     {"open a display again", "openat", open_display_again, F | D},
     {"give the console back", "ioctl", give_console_back, F | D | W},
+    {"die", NULL, die, F | D | W},
     {"ask a terminal", "ioctl", ask_terminal, F | D},
     {"map memory", "mmap", map_shared, F | D},
     {"make a file inside", "openat", make_file_inside, F},
