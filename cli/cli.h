@@ -78,7 +78,7 @@ struct fv_setup {
     struct fv_plan plan;
     struct fv_session session;
     struct fv_loop loop;
-    struct fv_sensors *sensors;
+    struct fv_sensors *sensors; /* given back by fv_setup_close, at the latest where the verb ends */
     struct fv_png *png; /* for the report's pictures; NULL where no sink takes pictures */
 };
 
@@ -91,6 +91,9 @@ const struct fv_method *fv_setup_method(const char *name, const char *key, struc
 /* Sensors and workers; `gaze`: whether anything uses where the eye looks, else its source stays shut.
  * Returns 0, or -1 with the error set. */
 int fv_setup_start(struct fv_setup *setup, bool gaze, struct fv_error *error);
+
+/* Gives the devices of the newest setup back to the system; nothing is latched any more. Nothing where that was done. */
+void fv_setup_close(void);
 
 /* What the sensors say for the session time show_ns, known at now_ns (fv_sensors_latch), and the head's pose
  * in the world that follows for a viewer on the scene's path. */

@@ -37,12 +37,22 @@ int fv_setup_open(struct fv_setup *s, const struct fv_config_request *request, s
     return 0;
 }
 
+static struct fv_sensors *opened;
+
+void fv_setup_close(void)
+{
+    if (opened) fv_sensors_close(opened);
+    opened = NULL;
+}
+
 int fv_setup_start(struct fv_setup *s, bool gaze, struct fv_error *error)
 {
     static struct fv_config needed;
     needed = s->config;
     if (!gaze) strcpy(needed.eye_source, "none");
+    fv_setup_close();
     if (fv_sensors_open(&s->sensors, &needed, error)) return -1;
+    opened = s->sensors;
     fv_workers_start(&s->workers, s->plan.workers);
     return 0;
 }
