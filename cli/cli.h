@@ -83,7 +83,7 @@ struct fv_setup {
     struct fv_plan plan;
     struct fv_session session;
     struct fv_loop loop;
-    struct fv_sensors *sensors;
+    struct fv_sensors *sensors; /* given back by fv_setup_close, at the latest where the verb ends */
     bool recentre;         /* asked for: at the next latch the head's heading and place become straight ahead */
     bool centred;          /* `centre` holds what was set by it */
     struct fv_pose centre; /* relative to the sensors' */
@@ -103,6 +103,9 @@ const struct fv_method *fv_setup_method(const char *name, const char *key, struc
 /* Sensors and workers; `gaze`: whether anything uses where the eye looks, else its source stays shut.
  * Returns 0, or -1 with the error set. */
 int fv_setup_start(struct fv_setup *setup, bool gaze, struct fv_error *error);
+
+/* Gives the devices of the newest setup back to the system; nothing is latched any more. Nothing where that was done. */
+void fv_setup_close(void);
 
 /* What the sensors say for the session time show_ns, known at now_ns (fv_sensors_latch), and the head's pose
  * in the world that follows for a viewer on the scene's path. */

@@ -52,5 +52,7 @@ static int run_verb(int count, char **text)
 /* Ends without destructors: what libraries took is never given back, and the heap is sealed. */
 int main(int count, char **text)
 {
-    _exit(run_verb(count, text));
+    int code = run_verb(count, text);
+    fv_setup_close();
+    _exit(code);
 }

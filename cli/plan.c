@@ -39,7 +39,6 @@ int fv_verb_plan(const struct fv_arguments *arguments)
         return FV_EXIT_UNUSABLE;
     }
     fv_setup_realtime(&setup, false);
-    fv_sensors_close(setup.sensors);
     if (fv_writer_open(&out, "-", &error)) return FV_EXIT_NOT_HELD;
     print_plan(&setup, &out);
     return fv_writer_close(&out, &error) ? FV_EXIT_NOT_HELD : FV_EXIT_DONE;

@@ -119,14 +119,6 @@ void fv_record_decision(const struct fv_decision *decision)
     fv_spool_put(&spool[DECIDED], decision);
 }
 
-/* A file that could not be written whole keeps what fitted: a tape may end anywhere. */
-static int close_one(struct fv_writer *writer, struct fv_error *error)
-{
-    bool cut = writer->failed != 0;
-    if (cut) writer->failed = 0, writer->used = 0;
-    return fv_writer_close(writer, error) || cut ? -1 : 0;
-}
-
 int fv_record_close(int64_t frames, const char *out, struct fv_error *error)
 {
     static struct fv_writer count;
@@ -136,7 +128,7 @@ int fv_record_close(int64_t frames, const char *out, struct fv_error *error)
     int cut = 0;
     int64_t dropped = 0;
     for (int i = 0; i < SPOOLS; i++) dropped += fv_spool_counts(&spool[i]).dropped;
-    for (int i = 0; i < FV_RECORD_FILES; i++) cut |= close_one(&file[i], error);
+    for (int i = 0; i < FV_RECORD_FILES; i++) cut |= fv_writer_close_cut(&file[i], error);
     if (cut)
         return fv_error_set(error, "%s/tape: the recording is not whole: it can be used as a tape, not replayed", out);
     if (fv_path_join(path, out, "tape/frames")) return fv_error_set(error, "%s: path too long", out);

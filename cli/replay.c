@@ -7,7 +7,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 /* The number of frames that were recorded, -1 where it is not there. */
 static int64_t recorded_frames(const char *folder, struct fv_error *error)
@@ -30,12 +29,6 @@ static int64_t recorded_frames(const char *folder, struct fv_error *error)
         return fv_error_set(error, "%s: %lld rows were dropped while it was recorded: no replay of it can be exact; "
                             "its head.csv and gaze.csv are tapes", path, dropped);
     return good ? frames : fv_error_set(error, "%s: not a number of frames", path);
-}
-
-static bool same_folder(const char *a, const char *b)
-{
-    struct stat sa, sb;
-    return stat(a, &sa) == 0 && stat(b, &sb) == 0 && sa.st_dev == sb.st_dev && sa.st_ino == sb.st_ino;
 }
 
 /* Puts the recording's settings before what the command line sets, so that it can still change the rest,
@@ -65,7 +58,7 @@ static int take_recording(struct fv_arguments *a, const char *folder, struct fv_
     if (fv_path_join(settings, folder, "tape/settings.ini") ||
         fv_path_join(decisions, folder, "tape/decisions.csv"))
         return fv_error_set(error, "%s: path too long", folder);
-    if (same_folder(folder, a->out))
+    if (fv_same_folder(folder, a->out))
         return fv_error_set(error, "replay: --out %s is the recording itself: name another folder", a->out);
     if (fv_file_exists(decisions)) {
         a->decisions = decisions;

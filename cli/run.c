@@ -220,16 +220,41 @@ static int prepare_out(struct run *r, const struct fv_arguments *a, struct fv_er
     return 0;
 }
 
+/* Whether OUT/tape, which a recording begins by emptying, holds a tape that is played. */
+static int records_over_tape(const struct fv_config *c, const char *out, struct fv_error *error)
+{
+    const struct {
+        const char *key, *source, *path;
+        bool file;
+    } tape[] = {{"eye.tape", c->eye_source, c->eye_tape, true},
+                {"eye.device", c->eye_source, c->eye_device, false},
+                {"imu.tape", c->imu_source, c->imu_tape, true}};
+    char folder[FV_PATH_MAX], of[FV_PATH_MAX];
+    if (strcmp(c->output_tape, "on") != 0 || fv_path_join(folder, out, "tape")) return 0;
+    for (int i = 0; i < 3; i++) {
+        if (strcmp(tape[i].source, "tape") != 0 || !tape[i].path[0]) continue;
+        snprintf(of, sizeof of, "%s", tape[i].path);
+        char *slash = strrchr(of, '/');
+        if (tape[i].file && slash) slash[slash == of] = 0;
+        else if (tape[i].file) strcpy(of, ".");
+        if (fv_same_folder(folder, of))
+            return fv_config_error(error, tape[i].key, "%.400s lies in %.400s, which this run records anew: name another --out",
+                                   tape[i].path, folder);
+    }
+    return 0;
+}
+
 /* All that a run needs before the first frame; OUT is made once all that it does not hold is there. */
 static int prepare(struct run *r, const struct fv_arguments *a, struct fv_error *error)
 {
     struct fv_config *c = &r->setup.config;
     if (fv_setup_open(&r->setup, &a->request, error)) return -1;
     r->frames = a->frames;
+    if (records_over_tape(c, a->out, error)) return -1;
+    heed_signals();
     if (fv_setup_take(&r->setup, r->frames, error)) return -1;
     if (read_decisions(r, a, error)) return -1;
     if (fv_display_open(&r->display, c, a->out, error)) return -1;
-    heed_signals();
     fv_watchdog_open();
     if (prepare_out(r, a, error)) {
         struct fv_error late;

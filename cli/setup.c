@@ -50,6 +50,14 @@ int fv_setup_pinhole(const struct fv_config *c, struct fv_error *error)
     return fv_config_error(error, "display.lens", "%s: pictures are measured as a pinhole shows them; none would be right", c->display_lens);
 }
 
+static struct fv_sensors *opened;
+
+void fv_setup_close(void)
+{
+    if (opened) fv_sensors_close(opened);
+    opened = NULL;
+}
+
 int fv_setup_start(struct fv_setup *s, bool gaze, struct fv_error *error)
 {
     static struct fv_config needed;
@@ -57,7 +65,9 @@ int fv_setup_start(struct fv_setup *s, bool gaze, struct fv_error *error)
     if (!gaze) strcpy(needed.eye_source, "none");
     fv_sandbox_ask(strcmp(s->config.threads_sandbox, "on") == 0);
     fv_sandbox_keep_console(strcmp(s->config.display_sink, "kms") == 0);
+    fv_setup_close();
     if (fv_sensors_open(&s->sensors, &needed, error)) return -1;
+    opened = s->sensors;
     fv_workers_start(&s->workers, s->plan.workers);
     return 0;
 }

@@ -48,6 +48,12 @@ bool fv_file_exists(const char *path)
     return access(path, F_OK) == 0;
 }
 
+bool fv_same_folder(const char *a, const char *b)
+{
+    struct stat sa, sb;
+    return stat(a, &sa) == 0 && stat(b, &sb) == 0 && sa.st_dev == sb.st_dev && sa.st_ino == sb.st_ino;
+}
+
 int fv_folder_make(const char *path, struct fv_error *error)
 {
     char part[FV_PATH_MAX];
@@ -195,4 +201,13 @@ int fv_writer_close(struct fv_writer *w, struct fv_error *error)
         return fv_error_set(error, "%s: cannot be written: %s", w->path, strerror(w->failed));
     }
     return 0;
+}
+
+int fv_writer_close_cut(struct fv_writer *w, struct fv_error *error)
+{
+    fv_writer_flush(w);
+    int failed = w->failed;
+    if (failed) w->failed = 0, w->used = 0;
+    if (fv_writer_close(w, error)) return -1;
+    return failed ? fv_error_set(error, "%s: not whole: %s", w->path, strerror(failed)) : 0;
 }

@@ -16,6 +16,9 @@ int fv_file_read(const char *path, size_t most, char **bytes, size_t *size, stru
 
 bool fv_file_exists(const char *path);
 
+/* Whether both are there and one folder. */
+bool fv_same_folder(const char *a, const char *b);
+
 /* Makes the folder, its parents too; 0 when it is there and can be written into. */
 int fv_folder_make(const char *path, struct fv_error *error);
 
@@ -49,5 +52,8 @@ void fv_writer_base64(struct fv_writer *writer, struct fv_base64 *state, const v
 void fv_writer_base64_end(struct fv_writer *writer, struct fv_base64 *state);
 
 int fv_writer_close(struct fv_writer *writer, struct fv_error *error);
+
+/* The same of a file that is of use wherever it ends: one that could not be written whole keeps what fitted. -1 then too. */
+int fv_writer_close_cut(struct fv_writer *writer, struct fv_error *error);
 
 #endif

@@ -323,7 +323,7 @@ static bool gaze_for(struct fv_sensors *s, int64_t now_ns, int64_t show_ns, stru
     if (now_ns > show_ns) now_ns = show_ns;
     int count = s->eye->history(s, now_ns, &history, &at_ns);
     *gaze = count > 0 ? history[count - 1] : (struct fv_gaze_sample){.t_ns = at_ns};
-    age_ns = at_ns - gaze->t_ns;
+    age_ns = at_ns > gaze->t_ns ? at_ns - gaze->t_ns : 0;
     gaze->t_ns = now_ns < INT64_MIN + age_ns ? INT64_MIN : now_ns - age_ns;
     gaze->valid = gaze->valid && age_ns <= FV_TAPE_STALE_NS;
     double known_deg = gaze->uncertainty_deg > 0 ? gaze->uncertainty_deg : s->noise_deg;

@@ -224,5 +224,5 @@ int fv_camera_source_record_end(struct fv_camera_source *s, int64_t session_ns, 
 
 void fv_camera_source_close(struct fv_camera_source *s)
 {
-    if (s->watch) fv_watch_stop(s->watch);
+    if (s->watch && !fv_watch_stop(s->watch)) fv_log("eye camera: does not answer; it is given back by the end of the program");
 }

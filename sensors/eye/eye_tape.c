@@ -62,8 +62,5 @@ int fv_eye_recorder_close(struct fv_eye_recorder *r, int64_t session_ns, struct 
 {
     if (!r->writer.failed && session_ns != INT64_MIN)
         fv_writer_print(&r->writer, "# session 0 = %lld ns\n", (long long)session_ns);
-    int failed = r->writer.failed;
-    if (failed) r->writer.failed = 0, r->writer.used = 0; /* what fitted can be read */
-    if (fv_writer_close(&r->writer, error)) return -1;
-    return failed ? fv_error_set(error, "%s: not whole: %s", r->writer.path, strerror(failed)) : 0;
+    return fv_writer_close_cut(&r->writer, error);
 }

@@ -2,19 +2,37 @@
 #include "sensors/eye/frame_recorder.h"
 
 #include "platform/arena.h"
+#include "platform/log.h"
 #include "platform/threads.h"
 
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
+/* False: the frame does not fit, which is said; what does is kept. */
+static bool write_frame(struct fv_frame_recorder *r, int eye, int64_t t_ns, const uint8_t *bytes)
+{
+    struct fv_writer *w = &r->writer[eye];
+    size_t size = r->size[eye] + FV_FRAME_TAPE_HEAD_BYTES + r->bytes[eye];
+    bool full = size > FV_FRAME_TAPE_BYTES_MAX - FV_FRAME_TAPE_LINE_MAX;
+    if (!full) fv_frame_tape_write(w, t_ns, bytes, r->bytes[eye]);
+    if (full || w->failed) {
+        fv_log("eye camera: %s: %s: recording of frames ends here, the run goes on", w->path,
+               full ? "as large as a tape of frames may be" : strerror(w->failed));
+        atomic_fetch_add_explicit(&r->dropped, 1, memory_order_relaxed);
+        return false;
+    }
+    r->size[eye] = size;
+    return true;
+}
+
 static void write_one(struct fv_frame_recorder *r)
 {
     unsigned at = atomic_load_explicit(&r->written, memory_order_relaxed);
     if (at == atomic_load_explicit(&r->put, memory_order_acquire)) return;
     int i = (int)(at % FV_RECORDER_SLOTS), eye = r->slot[i].eye;
-    /* A writer that failed takes no more, and says so at its close. */
-    fv_frame_tape_write(&r->writer[eye], r->slot[i].t_ns, r->slot[i].bytes, r->bytes[eye]);
+    if (r->ended[eye]) atomic_fetch_add_explicit(&r->dropped, 1, memory_order_relaxed);
+    else if (!write_frame(r, eye, r->slot[i].t_ns, r->slot[i].bytes)) r->ended[eye] = true;
     atomic_store_explicit(&r->written, at + 1, memory_order_release);
 }
 
@@ -88,7 +106,7 @@ int fv_frame_recorder_close(struct fv_frame_recorder *r, struct fv_error *error)
     r->running = false;
     for (int eye = 0; eye < r->eyes; eye++) {
         struct fv_error why;
-        if (fv_writer_close(&r->writer[eye], &why) && !failed) failed = fv_error_set(error, "%s", why.text);
+        if (fv_writer_close_cut(&r->writer[eye], &why) && !failed) failed = fv_error_set(error, "%s", why.text);
     }
     return failed;
 }

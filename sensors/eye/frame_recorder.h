@@ -17,7 +17,8 @@ enum { FV_RECORDER_SLOTS = 32 /* frames that may wait */ };
 struct fv_frame_recorder {
     int eyes;
     struct fv_writer writer[2];
-    size_t bytes[2]; /* of a frame */
+    size_t bytes[2], size[2]; /* of a frame; of the file so far */
+    bool ended[2];            /* the disk or the file is full: it takes no more */
     struct {
         int eye;
         int64_t t_ns;

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { HEAD_MAX = 64, RECORD_HEAD = 12, FILE_BYTES_MAX = 1 << 30 };
+enum { HEAD_MAX = FV_FRAME_TAPE_LINE_MAX, RECORD_HEAD = FV_FRAME_TAPE_HEAD_BYTES };
 
 static uint64_t number(const uint8_t *bytes, int count)
 {
@@ -88,7 +88,7 @@ int fv_frame_tape_read(struct fv_frame_tape *t, const char *path, struct fv_erro
 {
     char *bytes;
     size_t size;
-    if (fv_file_read(path, FILE_BYTES_MAX, &bytes, &size, error)) return -1;
+    if (fv_file_read(path, FV_FRAME_TAPE_BYTES_MAX, &bytes, &size, error)) return -1;
     return fv_frame_tape_parse(t, path, (const uint8_t *)bytes, size, error);
 }
 

@@ -12,6 +12,9 @@
 #include "platform/files.h"
 #include "sensors/eye/v4l2_format.h"
 
+/* Of a file; of its first line; of a record before its bytes. */
+enum { FV_FRAME_TAPE_BYTES_MAX = 1 << 30, FV_FRAME_TAPE_LINE_MAX = 64, FV_FRAME_TAPE_HEAD_BYTES = 12 };
+
 struct fv_frame_tape {
     struct fv_camera_layout layout;
     int64_t frames, rejected; /* with another number of bytes, not later than the one before, or cut off */
@@ -25,7 +28,7 @@ struct fv_frame_tape {
 int fv_frame_tape_parse(struct fv_frame_tape *tape, const char *name, const uint8_t *bytes, size_t size,
                         struct fv_error *error);
 
-/* Reads a file of at most 1 GB whole, for good. Before the seal only. */
+/* Reads a file of at most FV_FRAME_TAPE_BYTES_MAX whole, for good. Before the seal only. */
 int fv_frame_tape_read(struct fv_frame_tape *tape, const char *path, struct fv_error *error);
 
 /* The next good frame: `at` is where to look, tape->begin at the start, and is moved on; after_ns: the time

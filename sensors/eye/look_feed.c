@@ -242,6 +242,6 @@ int fv_look_feed_close(struct fv_look_feed *f, struct fv_error *error)
         if (fv_frame_recorder_close(f->recorder, &why)) failed = fv_error_set(error, "%s", why.text);
     }
     for (int eye = 0; f->tape_out && eye < f->eyes; eye++)
-        if (fv_writer_close(&f->tape_out[eye], &why) && !failed) failed = fv_error_set(error, "%s", why.text);
+        if (fv_writer_close_cut(&f->tape_out[eye], &why) && !failed) failed = fv_error_set(error, "%s", why.text);
     return failed;
 }

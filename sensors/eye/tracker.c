@@ -62,7 +62,10 @@ static bool by_model(const struct fv_eye_model *m, const struct fv_eye_frame *f,
 static bool is_whole(struct fv_eye_tracker *t, int64_t t_ns)
 {
     double width = t->pupil.major;
-    if (!t->pupil.found || t->pupil.confidence < t->settings.confidence) return false;
+    if (!t->pupil.found || t->pupil.confidence < t->settings.confidence) {
+        t->narrow_ns = 0; /* a lid that opens begins anew */
+        return false;
+    }
     if (t->usual > 0 && width < narrow_share * t->usual) {
         if (t->narrow_ns == 0) t->narrow_ns = t_ns;
         if (t_ns - t->narrow_ns < believed_ns) {

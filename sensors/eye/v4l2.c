@@ -177,8 +177,12 @@ static enum fv_camera_event lose(struct fv_camera *c, const char *format, ...)
 static enum fv_camera_event look_again(struct fv_camera *c)
 {
     struct fv_error error;
+    int64_t begun_ns = now(c);
     if (start(c, &error) == 0) return FV_CAMERA_NOTHING;
+    int64_t took_ns = now(c) - begun_ns;
     lose(c, "%s", error.text);
+    /* One that answers late must not keep the other eye's camera waiting for more than a twentieth of the time. */
+    if (took_ns > 0 && took_ns < INT64_MAX / 40 && 20 * took_ns > c->retry_ns - now(c)) c->retry_ns = now(c) + 20 * took_ns;
     if (!c->there || c->unusable) return FV_CAMERA_NOTHING;
     c->unusable = true;
     snprintf(c->text, sizeof c->text, "%s", error.text);

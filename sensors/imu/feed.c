@@ -214,12 +214,13 @@ static void take_sample(struct fv_imu_feed *f, const struct fv_imu_sample *sampl
     fv_fusion_add(&f->fusion, sample->rate, sample->acc, dt_s);
     if (!(anew && f->sampled && dt_s <= 0)) f->sample_ns = sample->t_ns;
     f->sampled = true;
+    /* The rate of a sensor that is stuck is 0: the pose is held, not turned on. */
+    memcpy(f->state.rate, f->fusion.rate, sizeof f->state.rate);
     if (c->mistimed + c->bad + c->stuck != refused) return;
     f->state.t_ns = sample->t_ns;
     f->state.arrival_ns = arrival_ns;
     f->state.good++;
     memcpy(f->state.rotation, f->fusion.rotation, sizeof f->state.rotation);
-    memcpy(f->state.rate, f->fusion.rate, sizeof f->state.rate);
 }
 
 static void take_report(struct fv_imu_feed *f, const uint8_t *bytes, size_t length, int64_t arrival_ns)

@@ -67,8 +67,5 @@ void fv_imu_recorder_report(struct fv_imu_recorder *r, const struct fv_imu_strea
 int fv_imu_recorder_close(struct fv_imu_recorder *r, int64_t session_ns, struct fv_error *error)
 {
     if (!r->writer.failed && session_ns != INT64_MIN) fv_imu_tape_write_session(&r->writer, session_ns);
-    int failed = r->writer.failed;
-    if (failed) r->writer.failed = 0, r->writer.used = 0; /* what fitted is a tape, too */
-    if (fv_writer_close(&r->writer, error)) return -1;
-    return failed ? fv_error_set(error, "%s: not whole: %s", r->writer.path, strerror(failed)) : 0;
+    return fv_writer_close_cut(&r->writer, error);
 }

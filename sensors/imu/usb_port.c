@@ -20,6 +20,7 @@ struct slot {
     struct fv_usb_port *port;
     int number;
     struct libusb_transfer *transfer;
+    bool flying;
     uint8_t bytes[FV_USB_REPORT_MAX];
 };
 
@@ -100,6 +101,17 @@ static int open_node(const struct fv_usb_place *place, const char *what, struct 
     return fv_error_set(error, "imu: %s is there, but %s cannot be opened: %s", what, node, strerror(errno));
 }
 
+/* A transfer that never ended is libusb's for good, and refused by it: the slot gets another. Where there is no memory for
+ * one, the old one goes on being refused, as a failed transfer is. */
+static void forget_flying(struct fv_usb_port *p)
+{
+    for (int i = 0; i < FV_IMU_TRANSFERS; i++) {
+        struct libusb_transfer *another = p->slot[i].flying ? libusb_alloc_transfer(0) : NULL;
+        if (another) p->slot[i].transfer = another;
+        p->slot[i].flying = false;
+    }
+}
+
 static void close_device(void *context)
 {
     struct fv_usb_port *p = context;
@@ -107,6 +119,7 @@ static void close_device(void *context)
         if (p->told_interface >= 0) libusb_release_interface(p->handle, p->told_interface);
         if (p->interface >= 0) libusb_release_interface(p->handle, p->interface);
         libusb_close(p->handle);
+        forget_flying(p);
     }
     if (p->fd >= 0) close(p->fd);
     p->handle = NULL;
@@ -224,7 +237,8 @@ static enum fv_imu_end end_of(enum libusb_transfer_status status)
 
 static void LIBUSB_CALL ended(struct libusb_transfer *transfer)
 {
-    const struct slot *s = transfer->user_data;
+    struct slot *s = transfer->user_data;
+    s->flying = false;
     struct fv_imu_feed *feed = s->port->feed;
     size_t length = transfer->actual_length > 0 ? (size_t)transfer->actual_length : 0;
     fv_imu_feed_end(feed, s->number, end_of(transfer->status), s->bytes, length, fv_clock_now_ns(feed->clock));
@@ -237,11 +251,11 @@ static enum fv_imu_submitted submit(void *context, int transfer)
     if (p->bulk)
         libusb_fill_bulk_transfer(s->transfer, p->handle, p->endpoint, s->bytes, p->length, ended, s, 0);
     else libusb_fill_interrupt_transfer(s->transfer, p->handle, p->endpoint, s->bytes, p->length, ended, s, 0);
-    switch (libusb_submit_transfer(s->transfer)) {
-    case 0: return FV_IMU_SUBMITTED;
-    case LIBUSB_ERROR_NO_DEVICE: return FV_IMU_NO_DEVICE;
-    default: return FV_IMU_REFUSED;
-    }
+    s->flying = true;
+    int failed = libusb_submit_transfer(s->transfer);
+    if (failed == 0) return FV_IMU_SUBMITTED;
+    s->flying = false;
+    return failed == LIBUSB_ERROR_NO_DEVICE ? FV_IMU_NO_DEVICE : FV_IMU_REFUSED;
 }
 
 static void cancel(void *context, int transfer)

@@ -7,6 +7,8 @@
 #include "tests/support/opened_sensors.h"
 
 #include <math.h>
+#include <signal.h>
+#include <sys/resource.h>
 
 enum { WIDTH = 320, HEIGHT = 240, FRAMES = 60 };
 static const int64_t ms = 1000000, period_ns = 8333333, begin_ns = 7000000000;
@@ -201,12 +203,43 @@ static void recording(void **state)
     }
     assert_int_equal(fv_frame_recorder_close(r, &error), -1);
     assert_non_null(strstr(error.text, "No space left"));
+    assert_true(r->dropped > 0);
+}
+
+/* A file that may grow no more ends there: what fitted is a tape, what did not is counted. */
+static void files_that_are_full(void **state)
+{
+    (void)state;
+    static struct fv_frame_recorder *r;
+    const int width[2] = {64, 0}, height[2] = {48, 0};
+    char path[256];
+    struct rlimit before, small;
+    getrlimit(RLIMIT_FSIZE, &before);
+    small = before;
+    small.rlim_cur = 1 << 20;
+    void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
+    assert_int_equal(fv_frame_recorder_open(&r, program_folder(), 1, width, height, &error), 0);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
+    for (int i = 0; i < 1000; i++) {
+        fv_frame_recorder_put(r, 0, i, &(struct fv_eye_frame){pixels, 64, 48, 64});
+        usleep(100);
+    }
+    int closed = fv_frame_recorder_close(r, &error);
+    setrlimit(RLIMIT_FSIZE, &before);
+    signal(SIGXFSZ, handler);
+    assert_int_equal(closed, -1);
+    assert_non_null(strstr(error.text, "not whole: File too large"));
+    struct fv_frame_tape tape;
+    snprintf(path, sizeof path, "%s/left.frames", program_folder());
+    assert_int_equal(fv_frame_tape_read(&tape, path, &error), 0);
+    assert_true(tape.frames >= 200 && tape.frames <= (1 << 20) / (64 * 48) && r->dropped >= 600);
+    free((void *)tape.bytes);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(recorded_frames_are_a_source),
-                                       cmocka_unit_test(tapes_that_are_none), cmocka_unit_test(recording),
+                                       cmocka_unit_test(tapes_that_are_none), cmocka_unit_test(recording), cmocka_unit_test(files_that_are_full),
                                        cmocka_unit_test(source_errors)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -135,12 +135,33 @@ static void bad_recordings_end_with_2_and_one_line(void **state)
     }
 }
 
+/* A run that would record over the tape that it plays is refused, and the tape is as it was. */
+static void tapes_that_are_played_are_kept(void **state)
+{
+    (void)state;
+    static const char *const over[] = {"--set imu.source=tape --set imu.tape=kept/tape/head.csv --out kept",
+                                       "--set eye.source=tape --set eye.tape=./kept/tape/gaze.csv --out kept/../kept",
+                                       "--set eye.source=tape --set eye.device=kept/tape --out kept"};
+    record("kept", SMALL);
+    assert_int_equal(shell("cp -r kept before"), 0);
+    for (unsigned i = 0; i < sizeof over / sizeof over[0]; i++) {
+        struct program_result r = program("run " SMALL "--frames 2 %s", over[i]);
+        if (r.code != 2 || !strstr(r.errors, "kept/tape, which this run records anew: name another --out"))
+            fail_msg("%s: exit %d: %s", over[i], r.code, r.errors);
+        assert_int_equal(shell("diff -r kept before"), 0);
+    }
+    struct program_result r = program("run " SMALL "--frames 2 --set output.tape=off %s", over[0]);
+    assert_int_equal(r.code, 0);
+    assert_int_equal(shell("cmp kept/tape/head.csv before/tape/head.csv"), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_was_decided_is_done_again),
         cmocka_unit_test(parts_and_other_settings),
         cmocka_unit_test(bad_recordings_end_with_2_and_one_line),
+        cmocka_unit_test(tapes_that_are_played_are_kept),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }
