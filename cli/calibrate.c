@@ -16,7 +16,6 @@
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 /* More time for the first target of a person. */
 static const int64_t lead_ns = 1000000000;
@@ -54,13 +53,12 @@ static void heed_signals(void)
  * beside. */
 static int record(struct calibrate *c, const char *out, struct fv_error *error)
 {
-    static const char *const old[] = {"left.frames", "right.frames", "targets.csv"};
     char folder[FV_PATH_MAX], path[FV_PATH_MAX];
-    if (fv_path_join(folder, out, "tape") || fv_path_join(path, folder, "right.frames"))
+    if (fv_path_join(folder, out, "tape") || fv_path_join(path, folder, "targets.csv"))
         return fv_error_set(error, "%.100s: path too long", out);
     if (fv_folder_make(folder, error)) return -1;
-    for (int i = 0; i < 3; i++)
-        if (fv_path_join(path, folder, old[i]) == 0) unlink(path);
+    fv_file_remove(folder, "targets.csv");
+    for (int eye = 0; eye < 2; eye++) fv_file_remove(folder, fv_frame_tape_name[eye]);
     if (strcmp(c->config.output_eye_frames, "on") == 0 && fv_look_feed_record(&c->feed, folder, error))
         return -1;
     if (fv_writer_open(&c->log, path, error)) return -1;

@@ -2,11 +2,10 @@
 #include "cli/record.h"
 
 #include "cli/decisions.h"
-#include "platform/log.h"
+#include "sensors/eye/frame_tape.h"
 #include "sensors/tape.h"
 
 #include <string.h>
-#include <unistd.h>
 
 /* The files that grow while the session runs. */
 enum { HEAD, GAZE, DECISIONS };
@@ -56,13 +55,6 @@ static int open_one(struct fv_writer *writer, const char *folder, const char *na
     return fv_writer_open(writer, path, error);
 }
 
-/* Removes what an earlier run left under this name. */
-static void remove_old(const char *folder, const char *name)
-{
-    char path[FV_PATH_MAX];
-    if (fv_path_join(path, folder, name) == 0) unlink(path);
-}
-
 static int write_latched(void *context, const void *row)
 {
     const struct fv_record_latched *l = row;
@@ -88,12 +80,11 @@ int fv_record_open(const struct fv_config *config, const char *const *stage, int
     for (int i = 0; i < FV_RECORD_FILES; i++)
         if (open_one(&file[i], folder, names[i], error)) return -1;
     /* Nothing of an older recording may stand beside this one. */
-    remove_old(folder, "frames");
-    remove_old(folder, "imu.csv");
-    remove_old(folder, "eye.csv");
-    remove_old(folder, "left.frames");
-    remove_old(folder, "right.frames");
-    for (int i = 0; i < FV_RECORD_FILES; i++) remove_old(folder, names[i]);
+    fv_file_remove(folder, "frames");
+    fv_file_remove(folder, "imu.csv");
+    fv_file_remove(folder, "eye.csv");
+    for (int eye = 0; eye < 2; eye++) fv_file_remove(folder, fv_frame_tape_name[eye]);
+    for (int i = 0; i < FV_RECORD_FILES; i++) fv_file_remove(folder, names[i]);
     if (write_settings(config, folder, error)) return -1;
     fv_tape_begin_head(&file[HEAD]);
     fv_tape_begin_gaze(&file[GAZE]);

@@ -48,6 +48,12 @@ bool fv_file_exists(const char *path)
     return access(path, F_OK) == 0;
 }
 
+void fv_file_remove(const char *folder, const char *name)
+{
+    char path[FV_PATH_MAX];
+    if (fv_path_join(path, folder, name) == 0) unlink(path);
+}
+
 bool fv_same_folder(const char *a, const char *b)
 {
     struct stat sa, sb;

@@ -20,6 +20,9 @@ bool fv_file_exists(const char *path);
 bool fv_same_folder(const char *a, const char *b);
 
 /* Makes the folder, its parents too; 0 when it is there and can be written into. */
+/* Removes what stands under this name in the folder, if anything does. */
+void fv_file_remove(const char *folder, const char *name);
+
 int fv_folder_make(const char *path, struct fv_error *error);
 
 /* out = folder/name, or name where it is absolute or folder is empty; -1 when too long. */

@@ -116,7 +116,7 @@ static int open_recorded(struct fv_camera_source *s, const struct fv_config *con
     struct fv_eye_settings eye[2];
     struct fv_error why;
     char right[FV_PATH_MAX];
-    bool both = fv_path_join(right, config->eye_device, "right.frames") == 0 && fv_file_exists(right);
+    bool both = fv_path_join(right, config->eye_device, fv_frame_tape_name[1]) == 0 && fv_file_exists(right);
     memset(eye, 0, sizeof eye);
     if (fv_camera_source_eyes(eye, config, both ? 2 : 1, error)) return -1;
     s->recorded = true;
@@ -203,9 +203,6 @@ static int end_frames(struct fv_camera_source *s, struct fv_error *error)
     if (!r) return 0;
     s->recorder = NULL;
     atomic_store_explicit(&s->watch->recorder, NULL, memory_order_release);
-    long long dropped = atomic_load(&r->dropped);
-    if (dropped > 0)
-        fv_log("eye camera: %lld frames were not recorded, as the disk did not keep up", dropped);
     return fv_frame_recorder_close(r, error);
 }
 

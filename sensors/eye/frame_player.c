@@ -45,12 +45,11 @@ static int open_eye(struct fv_frame_player *p, int eye, const char *path,
 int fv_frame_player_open(struct fv_frame_player *p, const char *folder,
                          const struct fv_eye_settings settings[2], double settle_s, struct fv_error *error)
 {
-    static const char *const name[2] = {"left.frames", "right.frames"};
     char path[FV_PATH_MAX];
     size_t most = 0;
     memset(p, 0, sizeof *p);
     for (int eye = 0; eye < 2; eye++) {
-        if (fv_path_join(path, folder, name[eye]))
+        if (fv_path_join(path, folder, fv_frame_tape_name[eye]))
             return fv_error_set(error, "%.100s: path too long", folder);
         if (eye == 1 && !fv_file_exists(path)) break;
         if (open_eye(p, eye, path, &settings[eye], error)) return -1;

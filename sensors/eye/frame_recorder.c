@@ -53,7 +53,6 @@ static void *recorder_thread(void *argument)
 int fv_frame_recorder_open(struct fv_frame_recorder **recorder, const char *folder, int eyes,
                            const int width[2], const int height[2], struct fv_error *error)
 {
-    static const char *const name[2] = {"left.frames", "right.frames"};
     struct fv_frame_recorder *r = fv_arena_take(fv_arena(), "sensors", sizeof *r, 64);
     char path[FV_PATH_MAX];
     size_t most = 0;
@@ -62,7 +61,7 @@ int fv_frame_recorder_open(struct fv_frame_recorder **recorder, const char *fold
         struct fv_camera_layout layout = {fv_camera_format_named("GREY"), width[eye], height[eye],
                                           (size_t)width[eye]};
         r->bytes[eye] = fv_camera_frame_bytes(&layout);
-        if (fv_path_join(path, folder, name[eye]))
+        if (fv_path_join(path, folder, fv_frame_tape_name[eye]))
             return fv_error_set(error, "%.100s: path too long", folder);
         if (fv_writer_open(&r->writer[eye], path, error)) return -1;
         fv_frame_tape_begin(&r->writer[eye], &layout);
@@ -104,6 +103,8 @@ int fv_frame_recorder_close(struct fv_frame_recorder *r, struct fv_error *error)
     sem_post(&r->waiting);
     if (r->running) fv_thread_await(&r->done, INT64_MAX);
     r->running = false;
+    long long dropped = atomic_load(&r->dropped);
+    if (dropped > 0) fv_log("eye camera: %lld frames were not recorded", dropped);
     for (int eye = 0; eye < r->eyes; eye++) {
         struct fv_error why;
         if (fv_writer_close_cut(&r->writer[eye], &why) && !failed) failed = fv_error_set(error, "%s", why.text);

@@ -6,6 +6,8 @@
 
 enum { HEAD_MAX = FV_FRAME_TAPE_LINE_MAX, RECORD_HEAD = FV_FRAME_TAPE_HEAD_BYTES };
 
+const char *const fv_frame_tape_name[2] = {"left.frames", "right.frames"};
+
 static uint64_t number(const uint8_t *bytes, int count)
 {
     uint64_t value = 0;

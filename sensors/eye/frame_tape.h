@@ -15,6 +15,9 @@
 /* Of a file; of its first line; of a record before its bytes. */
 enum { FV_FRAME_TAPE_BYTES_MAX = 1 << 30, FV_FRAME_TAPE_LINE_MAX = 64, FV_FRAME_TAPE_HEAD_BYTES = 12 };
 
+/* The files' names in a recording's folder: the left eye's, or the only one; the right one's. */
+extern const char *const fv_frame_tape_name[2];
+
 struct fv_frame_tape {
     struct fv_camera_layout layout;
     int64_t frames, rejected; /* with another number of bytes, not later than the one before, or cut off */

@@ -12,7 +12,6 @@
 /* Simulated eyes begin to move so long after a target appeared (Carpenter 1988), and take the time of the
  * main sequence (sim.c). */
 static const int64_t latency_ns = 200000000;
-static const char *const tape_name[2] = {"left.frames", "right.frames"};
 
 static void say(const char *line)
 {
@@ -94,7 +93,7 @@ static int open_recorded(struct fv_look_feed *f, const struct fv_config *config,
     if (f->rows < 0) return fv_config_error(error, "eye.device", "%s", why.text);
     for (int eye = 0; eye < 2; eye++) {
         const struct fv_camera_layout *l = &f->tape[eye].layout;
-        if (fv_path_join(path, config->eye_device, tape_name[eye]))
+        if (fv_path_join(path, config->eye_device, fv_frame_tape_name[eye]))
             return fv_config_error(error, "eye.device", "path too long");
         if (eye == 1 && !fv_file_exists(path)) break;
         if (fv_frame_tape_read(&f->tape[eye], path, &why))
@@ -142,7 +141,7 @@ int fv_look_feed_record(struct fv_look_feed *f, const char *folder, struct fv_er
     struct fv_camera_layout layout = {fv_camera_format_named("GREY"), f->width, f->height, (size_t)f->width};
     f->tape_out = fv_arena_take(fv_arena(), "sensors", 2 * sizeof *f->tape_out, 64);
     for (int eye = 0; eye < f->eyes; eye++) {
-        if (fv_path_join(path, folder, tape_name[eye]))
+        if (fv_path_join(path, folder, fv_frame_tape_name[eye]))
             return fv_error_set(error, "%.100s: path too long", folder);
         if (fv_writer_open(&f->tape_out[eye], path, error)) return -1;
         fv_frame_tape_begin(&f->tape_out[eye], &layout);
@@ -233,13 +232,8 @@ int fv_look_feed_close(struct fv_look_feed *f, struct fv_error *error)
         fv_watch_stop(f->watch);
     }
     if (f->recorder) {
-        long long dropped = atomic_load(&f->recorder->dropped);
-        if (dropped > 0)
-            fv_log("eye camera: %lld frames were not recorded, as the disk did not keep up: the tape gives "
-                   "another "
-                   "calibration",
-                   dropped);
         if (fv_frame_recorder_close(f->recorder, &why)) failed = fv_error_set(error, "%s", why.text);
+        if (atomic_load(&f->recorder->dropped) > 0) fv_log("eye camera: the tape gives another calibration");
     }
     for (int eye = 0; f->tape_out && eye < f->eyes; eye++)
         if (fv_writer_close_cut(&f->tape_out[eye], &why) && !failed) failed = fv_error_set(error, "%s", why.text);
