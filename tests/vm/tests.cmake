@@ -19,11 +19,10 @@ if(NOT FV_SANITIZE AND CMAKE_C_COMPILER_ID STREQUAL GNU)
     fv_vm_test(eye_camera foveola vm_camera_tool vm_camera_eye)
     fv_vm_test(devices foveola vm_imu_gadget vm_camera_tool vm_camera_eye)
 
-    # The arm64 machine runs what ./bootstrap aarch64 builds beside this; this program renders the same again.
-    set(cross ${CMAKE_SOURCE_DIR}/build/aarch64)
+    # The arm64 machine runs the cross-built programs; this one renders the same again.
     fv_test(vm arm64 rt)
     target_compile_definitions(vm_arm64 PRIVATE FV_VM_CACHE="${FOVEOLA_CACHE}"
-        FV_VM_PROGRAMS="${cross}/foveola ${cross}/vm_imu_gadget ${cross}/vm_camera_tool")
+        FV_VM_PROGRAMS="${cross_build}/foveola ${cross_build}/vm_imu_gadget ${cross_build}/vm_camera_tool")
     add_dependencies(vm_arm64 foveola)
     set_tests_properties(vm_arm64 PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 450)
 endif()
