@@ -104,9 +104,9 @@ static void set_extremes(struct fv_bend *b, const double k[FV_LENS_TERMS])
     double least = 1, widest = 1, angle = 1;
     for (int i = 0; i <= STEPS; i++) {
         double r = (double)b->most * i / STEPS, scale = scale_of(k, r * r), slope = slope_of(k, r * r), t = r * scale;
-        least = fmin(least, fmin(scale, slope));
-        widest = fmax(widest, fmax(scale, slope));
-        angle = fmax(angle, fmax(slope / (1 + t * t), scale / sqrt(1 + t * t)));
+        least = fmin(fmin(least, scale), slope);
+        widest = fmax(fmax(widest, scale), slope);
+        angle = fmax(fmax(angle, slope / (1 + t * t)), scale / sqrt(1 + t * t));
     }
     b->least = (float)least;
     b->widest = (float)(widest * 1.0001);

@@ -51,7 +51,7 @@ static inline int vm_boot(const char *script)
 {
     char command[4096], path[256];
     snprintf(path, sizeof path, "%s/vm.txt", program_folder());
-    snprintf(command, sizeof command, "sh %s/tests/vm/vm.sh '%s' %s/tests/vm/%s %s >%s 2>&1", FV_SOURCE_DIR, FV_VM_CACHE,
+    snprintf(command, sizeof command, "FV_VM_SHARE=%s sh %s/tests/vm/vm.sh '%s' %s/tests/vm/%s %s >%s 2>&1", program_folder(), FV_SOURCE_DIR, FV_VM_CACHE,
              FV_SOURCE_DIR, script, FV_VM_PROGRAMS, path);
     int status = system(command), code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     program_slurp(path, vm_output, sizeof vm_output);

@@ -7,20 +7,6 @@
 # shift: 0
 . /guest.sh
 
-# vivid's second input, HDMI, takes any size and rate.
-vivid() { /vm_camera_tool $vivid "$@"; }
-connect() {
-    vivid=/dev/$(ls /sys/bus/platform/devices/vivid.0/video4linux)
-    point $vivid
-    vivid input 1
-    vivid set timestamp_source 1
-    vivid timings "$@"
-    vivid set test_pattern 5 # black, as a picture full of edges takes long to search
-}
-
-# Waits for the camera to stream anew, and lets it show its pictures in time.
-showing() { vivid first vivid-000-vid; }
-
 start absent 1 eye.source=v4l2
 finish
 point /dev/null

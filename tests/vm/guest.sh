@@ -38,6 +38,20 @@ finish() {
 # The camera that the settings name, as udev would name it.
 point() { ln -sf $1 $eye; }
 
+# The kernel's test camera (vivid): its second input, HDMI, takes any size and rate.
+vivid() { /vm_camera_tool $vivid "$@"; }
+connect() {
+    vivid=/dev/$(ls /sys/bus/platform/devices/vivid.0/video4linux)
+    point $vivid
+    vivid input 1
+    vivid set timestamp_source 1
+    vivid timings "$@"
+    vivid set test_pattern 5 # black, as a picture full of edges takes long to search
+}
+
+# showing: waits for the camera to stream anew, and lets it show its pictures in time.
+showing() { vivid first vivid-000-vid; }
+
 # The gadget, not yet plugged in; plug, unplug.
 gadget=/sys/kernel/config/usb_gadget/vive
 make_gadget() {

@@ -1,12 +1,7 @@
 # Against the kernel's own devices, in a virtual machine: skipped where it cannot run (vm.sh). What runs in it is static;
 # by one compiler, for it takes a minute.
 if(NOT FV_SANITIZE AND CMAKE_C_COMPILER_ID STREQUAL GNU)
-    # What runs in the guest beside the program itself.
-    function(fv_guest name)
-        add_executable(vm_${name} vm/${name}.c)
-        target_link_libraries(vm_${name} PRIVATE ${ARGN})
-        target_link_options(vm_${name} PRIVATE -static)
-    endfunction()
+    include(${CMAKE_CURRENT_LIST_DIR}/guest.cmake)
     # A test: what it judges is printed by the script of the same name in the guest, which has these programs.
     function(fv_vm_test name)
         fv_test(vm ${name} platform)
@@ -19,12 +14,17 @@ if(NOT FV_SANITIZE AND CMAKE_C_COMPILER_ID STREQUAL GNU)
         set_tests_properties(vm_${name} PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 450)
     endfunction()
     fv_guest(imu_probe sensors)
-    fv_guest(imu_gadget m)
-    fv_guest(camera_tool)
     fv_guest(camera_eye sensors)
     fv_vm_test(imu_usb vm_imu_probe vm_imu_gadget)
     fv_vm_test(eye_camera foveola vm_camera_tool vm_camera_eye)
     fv_vm_test(devices foveola vm_imu_gadget vm_camera_tool vm_camera_eye)
+
+    # The arm64 machine runs the cross-built programs; this one renders the same again.
+    fv_test(vm arm64 rt)
+    target_compile_definitions(vm_arm64 PRIVATE FV_VM_CACHE="${FOVEOLA_CACHE}"
+        FV_VM_PROGRAMS="${cross_build}/foveola ${cross_build}/vm_imu_gadget ${cross_build}/vm_camera_tool")
+    add_dependencies(vm_arm64 foveola)
+    set_tests_properties(vm_arm64 PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 450)
 endif()
 
 # A display and lines of a GPIO chip.
