@@ -43,7 +43,7 @@ struct fv_kms_io {
     void (*unmap)(void *context, void *at, size_t bytes);
     int (*read)(void *context, int fd, void *bytes, size_t size); /* -EAGAIN: nothing is there */
     void (*wait)(void *context, int fd, int64_t timeout_ns);      /* until something can be read */
-    void (*console)(void *context, bool graphics); /* the text console draws no more; false: as it was before */
+    void (*console)(void *context, bool graphics); /* the text console draws no more; false: it does */
     int64_t (*now_ns)(void *context);              /* CLOCK_MONOTONIC */
     void *context;
 };
