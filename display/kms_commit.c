@@ -152,6 +152,7 @@ static int set_legacy(struct fv_kms *k, int buffer)
                                      .mode_valid = 1,
                                      .mode = screen->mode};
         int failed = control(k, DRM_IOCTL_MODE_SETCRTC, &crtc);
+        if (failed < 0 && s > 0) fv_kms_restore(k); /* that of the first is set by now */
         if (failed < 0) return failed;
     }
     return 0;
@@ -208,7 +209,7 @@ void fv_kms_remember(struct fv_kms *k)
         struct drm_mode_get_connector connector = {.connector_id = screen->connector, .count_modes = 1,
                                                    .modes_ptr = (uintptr_t)k->modes};
         if (b->known) continue; /* lost since, and back: the first look counts */
-        b->crtc = (struct drm_mode_crtc){.crtc_id = screen->crtc};
+        *b = (struct fv_kms_before){.crtc = {.crtc_id = screen->crtc}};
         b->known = control(k, DRM_IOCTL_MODE_GETCRTC, &b->crtc) >= 0;
         if (control(k, DRM_IOCTL_MODE_GETCONNECTOR, &connector) < 0) continue;
         struct drm_mode_get_encoder encoder = {.encoder_id = connector.encoder_id};

@@ -37,6 +37,11 @@ static void names(void **state)
     /* CEA mode 16: 1080p60; a mode that says nothing of itself. */
     struct drm_mode_modeinfo hd = {.clock = 148500, .htotal = 2200, .vtotal = 1125}, unsaid = {.vrefresh = 50};
     assert_float_equal(fv_kms_mode_hz(&hd), 60, 1e-9);
+    /* CEA mode 5: 1080i60, of 60 fields; 320x240 of a VGA, each line twice. */
+    struct drm_mode_modeinfo fields = {.clock = 74250, .htotal = 2200, .vtotal = 1125, .flags = DRM_MODE_FLAG_INTERLACE};
+    struct drm_mode_modeinfo twice = {.clock = 12588, .htotal = 400, .vtotal = 262, .flags = DRM_MODE_FLAG_DBLSCAN};
+    assert_float_equal(fv_kms_mode_hz(&fields), 60, 1e-9);
+    assert_float_equal(fv_kms_mode_hz(&twice), 60, 0.1);
     assert_float_equal(fv_kms_mode_hz(&unsaid), 50, 0);
 }
 
