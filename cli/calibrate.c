@@ -82,11 +82,14 @@ static int prepare(struct calibrate *c, const struct fv_arguments *a, struct fv_
     c->feed.calibrator = &c->calibrator;
     if (c->feed.recorded) return fv_folder_make(a->out, error);
     fv_target_picture_open(&c->picture, &c->config);
+    heed_signals(); /* before a display is taken, which has to be given back */
     if (fv_display_open(&c->display, &c->config, a->out, error)) return -1;
     c->animated = strcmp(c->config.display_sink, "png") != 0;
     c->shows = true;
-    heed_signals();
-    return fv_folder_make(a->out, error) || record(c, a->out, error) ? -1 : 0;
+    if (fv_folder_make(a->out, error) == 0 && record(c, a->out, error) == 0) return 0;
+    struct fv_error late;
+    fv_display_close(c->display, &late);
+    return -1;
 }
 
 /* The target of a row as it is at a time. */

@@ -85,8 +85,10 @@ static bool ask_vblank(struct fv_kms *k)
     if (control(k, DRM_IOCTL_WAIT_VBLANK, &wait) < 0) return false;
     int64_t t_ns = (int64_t)wait.reply.tval_sec * 1000000000 + (int64_t)wait.reply.tval_usec * 1000, now_ns = now(k);
     if (k->monotonic && t_ns > now_ns - old_ns && t_ns <= now_ns + ahead_ns &&
-        (!k->vsync.known || t_ns > k->vsync.t_ns))
+        (!k->vsync.known || t_ns > k->vsync.t_ns)) {
         fv_vsync_saw(&k->vsync, t_ns, 0);
+        k->asked = true;
+    }
     return true;
 }
 
@@ -180,6 +182,7 @@ static int start(struct fv_kms *k, struct fv_error *error)
         if (take_card(k, &why) == 0) return 0;
         leave(k);
         k->fd = -1;
+        for (int s = 0; s < FV_KMS_SCREENS && !k->missing; s++) k->screen[s].before.known = false; /* of another card */
         if (k->reached > farthest) *error = why;
         if (k->reached > farthest) farthest = k->reached;
     }
@@ -249,7 +252,8 @@ static void count_refresh(struct fv_kms *k, const struct drm_event_vblank *e)
     int64_t t_ns = (int64_t)e->tv_sec * 1000000000 + (int64_t)e->tv_usec * 1000, now_ns = now(k);
     bool sane = k->monotonic && t_ns <= now_ns + ahead_ns && t_ns >= now_ns - old_ns;
     if (follows) k->counts.skipped += steps - 1;
-    fv_vsync_saw(&k->vsync, sane ? t_ns : now_ns, follows ? steps : 0);
+    fv_vsync_saw(&k->vsync, sane ? t_ns : now_ns, follows && !k->asked ? steps : 0);
+    k->asked = false;
     screen->sequence = e->sequence;
     screen->numbered = true;
 }

@@ -43,7 +43,7 @@ struct fv_kms_io {
     void (*unmap)(void *context, void *at, size_t bytes);
     int (*read)(void *context, int fd, void *bytes, size_t size); /* -EAGAIN: nothing is there */
     void (*wait)(void *context, int fd, int64_t timeout_ns);      /* until something can be read */
-    void (*console)(void *context, bool graphics); /* the text console draws no more; false: as it was before */
+    void (*console)(void *context, bool graphics); /* the text console draws no more; false: it does */
     int64_t (*now_ns)(void *context);              /* CLOCK_MONOTONIC */
     void *context;
 };
@@ -128,6 +128,7 @@ struct fv_kms {
     bool looks, shares;         /* fv_kms_take: nothing is shown; a card that another program holds will do, too */
     int front, queued;          /* buffers: shown; flipped to, not yet shown; -1: none */
     struct fv_vsync vsync;      /* of screen 0 */
+    bool asked;                 /* its newest time was asked for, and is of no flip: the next flip's number says no steps */
     int64_t nominal_ns;         /* period of the mode */
     int64_t blank_ns;           /* of it, the vertical blank before a scan-out begins */
     int64_t copy_held_ns;       /* time of a copy: a peak that falls by 1/128 a picture */

@@ -51,27 +51,40 @@ static uint32_t property_of(struct fv_kms *k, uint32_t object, uint32_t type, co
     return 0;
 }
 
-/* The CRTC's primary plane; 0: none can be found. */
-static uint32_t plane_of(struct fv_kms *k, const struct fv_kms_screen *screen)
+static bool is_taken(const struct fv_kms *k, int s, uint32_t plane)
 {
-    uint32_t planes[FV_KMS_OBJECTS];
+    for (int i = 0; i < s; i++)
+        if (k->screen[i].plane == plane) return true;
+    return false;
+}
+
+/* A primary plane for the CRTC of screen s: the one that it shows, where several may be, else one that is idle, else any
+ * that no other screen has; 0: none can be found. */
+static uint32_t plane_of(struct fv_kms *k, int s)
+{
+    const struct fv_kms_screen *screen = &k->screen[s];
+    uint32_t planes[FV_KMS_OBJECTS], idle = 0, any = 0;
     struct drm_mode_get_plane_res all = {.plane_id_ptr = (uintptr_t)planes, .count_planes = FV_KMS_OBJECTS};
     if (control(k, DRM_IOCTL_MODE_GETPLANERESOURCES, &all) < 0 || all.count_planes > FV_KMS_OBJECTS) return 0;
     for (uint32_t i = 0; i < all.count_planes; i++) {
         struct drm_mode_get_plane plane = {.plane_id = planes[i]};
         uint64_t type = 0;
-        if (control(k, DRM_IOCTL_MODE_GETPLANE, &plane) < 0 || !(plane.possible_crtcs >> screen->crtc_index & 1))
+        if (control(k, DRM_IOCTL_MODE_GETPLANE, &plane) < 0 || !(plane.possible_crtcs >> screen->crtc_index & 1) ||
+            is_taken(k, s, planes[i]))
             continue;
-        if (property_of(k, planes[i], DRM_MODE_OBJECT_PLANE, "type", &type) && type == PLANE_PRIMARY) return planes[i];
+        if (!property_of(k, planes[i], DRM_MODE_OBJECT_PLANE, "type", &type) || type != PLANE_PRIMARY) continue;
+        if (plane.crtc_id == screen->crtc) return planes[i];
+        if (!plane.crtc_id && !idle) idle = planes[i];
+        if (!any) any = planes[i];
     }
-    return 0;
+    return idle ? idle : any;
 }
 
 void fv_kms_find_properties(struct fv_kms *k)
 {
     for (int s = 0; s < k->screens && k->atomic; s++) {
         struct fv_kms_screen *screen = &k->screen[s];
-        screen->plane = plane_of(k, screen);
+        screen->plane = plane_of(k, s);
         if (!screen->plane) k->atomic = false;
         for (int p = 0; p < FV_KMS_PROPERTIES && k->atomic; p++) {
             uint32_t of = properties[p].of;
@@ -152,6 +165,7 @@ static int set_legacy(struct fv_kms *k, int buffer)
                                      .mode_valid = 1,
                                      .mode = screen->mode};
         int failed = control(k, DRM_IOCTL_MODE_SETCRTC, &crtc);
+        if (failed < 0 && s > 0) fv_kms_restore(k); /* that of the first is set by now */
         if (failed < 0) return failed;
     }
     return 0;
@@ -208,7 +222,7 @@ void fv_kms_remember(struct fv_kms *k)
         struct drm_mode_get_connector connector = {.connector_id = screen->connector, .count_modes = 1,
                                                    .modes_ptr = (uintptr_t)k->modes};
         if (b->known) continue; /* lost since, and back: the first look counts */
-        b->crtc = (struct drm_mode_crtc){.crtc_id = screen->crtc};
+        *b = (struct fv_kms_before){.crtc = {.crtc_id = screen->crtc}};
         b->known = control(k, DRM_IOCTL_MODE_GETCRTC, &b->crtc) >= 0;
         if (control(k, DRM_IOCTL_MODE_GETCONNECTOR, &connector) < 0) continue;
         struct drm_mode_get_encoder encoder = {.encoder_id = connector.encoder_id};

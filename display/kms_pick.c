@@ -28,11 +28,13 @@ bool fv_kms_mode_read(const char *text, int *width, int *height, double *hz)
     return *hz > 0 && *hz <= 1000;
 }
 
+/* Vertical blanks a second, as the kernel counts them: two fields a frame where a mode is interlaced. */
 double fv_kms_mode_hz(const struct drm_mode_modeinfo *m)
 {
     double lines = (double)m->htotal * m->vtotal * (m->vscan > 1 ? m->vscan : 1);
     if (!m->clock || lines <= 0) return m->vrefresh;
     double hz = 1e3 * m->clock / lines;
+    if (m->flags & DRM_MODE_FLAG_INTERLACE) hz *= 2;
     if (m->flags & DRM_MODE_FLAG_DBLSCAN) hz /= 2;
     return hz;
 }

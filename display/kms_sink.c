@@ -4,6 +4,7 @@
 
 #include "display/sink.h"
 #include "platform/arena.h"
+#include "platform/faults.h"
 #include "platform/log.h"
 
 #include <stdio.h>
@@ -21,6 +22,12 @@ static void close_at_death(void)
     if (gettid() == getpid()) fv_kms_close(open_one);
     else open_one->io->console(open_one->io->context, false);
     open_one = NULL;
+}
+
+/* Of a program at fault nothing else can be relied on: the kernel closes the card with it. */
+static void give_console_back(void)
+{
+    if (open_one) open_one->io->console(open_one->io->context, false);
 }
 
 int fv_kms_settings_of(struct fv_kms_settings *w, const struct fv_config *c, struct fv_error *error)
@@ -60,6 +67,7 @@ static void *sink_open(const struct fv_config *config, const char *folder, struc
     if (fv_kms_open(k, &settings, &fv_kms_system, error)) return NULL;
     open_one = k;
     fv_die_calls(close_at_death);
+    fv_faults_call(give_console_back);
     fv_log("%s", k->text);
     return k;
 }
@@ -84,6 +92,7 @@ static int sink_close(void *state, struct fv_error *error)
     (void)error;
     fv_kms_close(state);
     open_one = NULL;
+    fv_faults_call(NULL);
     return 0;
 }
 

@@ -2,8 +2,9 @@
  * the heap, which knows none but its own, also when a display comes back after the seal.
  *
  * The console: in graphics mode the kernel's text console does not draw over us and does not switch to another one;
- * where there is none, or it may not be opened, nothing is lost but that. It stays open: giving it back is the one call
- * that each thread may make (platform/sandbox_filter.c). */
+ * where there is none, or it may not be opened, nothing is lost but that. It is given back as text: where it was in graphics
+ * mode before, whoever drew there is gone, most likely killed, for the display could be taken. It stays open: giving it back
+ * is the one call that each thread may make (platform/sandbox_filter.c), and a signal's handler (platform/faults.h). */
 #define _GNU_SOURCE
 #include "display/kms.h"
 
@@ -72,12 +73,12 @@ static void system_wait(void *context, int fd, int64_t timeout_ns)
 
 static void system_console(void *context, bool graphics)
 {
-    static int tty = -1, before = KD_TEXT;
+    static int tty = -1;
     (void)context;
-    if (!graphics && tty >= 0) ioctl(tty, KDSETMODE, before);
-    if (!graphics || tty >= 0) return;
-    tty = open("/dev/tty0", O_RDWR | O_NOCTTY | O_CLOEXEC);
-    if (tty < 0 || (ioctl(tty, KDGETMODE, &before) == 0 && ioctl(tty, KDSETMODE, KD_GRAPHICS) == 0)) return;
+    if (!graphics && tty >= 0) ioctl(tty, KDSETMODE, KD_TEXT);
+    if (!graphics) return;
+    if (tty < 0) tty = open("/dev/tty0", O_RDWR | O_NOCTTY | O_CLOEXEC);
+    if (tty < 0 || ioctl(tty, KDSETMODE, KD_GRAPHICS) == 0) return;
     close(tty);
     tty = -1;
 }

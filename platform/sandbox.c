@@ -88,13 +88,6 @@ static int enter(enum fv_sandbox_class of)
     return -1;
 }
 
-void fv_sandbox_enter_device(void)
-{
-    if (!asked) return;
-    drop_capabilities(0);
-    enter(FV_SANDBOX_DEVICE);
-}
-
 enum {
     LOOKS = LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR,
     WRITES = LANDLOCK_ACCESS_FS_WRITE_FILE,
@@ -115,20 +108,28 @@ static void allow(int rules, const char *path, unsigned long long what)
     close(folder);
 }
 
-/* The calling thread's files: what it writes, beneath `out`; what devices are, under /dev, /sys and /proc. Files that are
- * open stay so. False where the kernel has no Landlock. */
+/* The calling thread's files: what it writes, beneath `out` (NULL: nothing); what devices are, under /dev, /sys and /proc.
+ * Files that are open stay so. False where the kernel has no Landlock. */
 static bool fence(const char *out)
 {
     struct landlock_ruleset_attr handled = {.handled_access_fs = LOOKS | WRITES | MAKES | NEVER};
     int rules = (int)syscall(SYS_landlock_create_ruleset, &handled, sizeof handled.handled_access_fs, 0);
     if (rules < 0) return false;
-    allow(rules, out, LOOKS | WRITES | MAKES);
+    if (out) allow(rules, out, LOOKS | WRITES | MAKES);
     allow(rules, "/dev", LOOKS | WRITES);
     allow(rules, "/sys", LOOKS);
     allow(rules, "/proc", LOOKS);
     bool fenced = prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && syscall(SYS_landlock_restrict_self, rules, 0) == 0;
     close(rules);
     return fenced;
+}
+
+void fv_sandbox_enter_device(void)
+{
+    if (!asked) return;
+    drop_capabilities(0);
+    fence(NULL);
+    enter(FV_SANDBOX_DEVICE);
 }
 
 static void enter_worker(void *context, int worker)

@@ -3,8 +3,9 @@
  *
  * Each thread keeps to its own list (platform/sandbox_filter.c), by the kernel's seccomp: workers compute and open
  * nothing; threads of devices may open what is there, since cameras and sensors come and go, and make no file; the first
- * thread may make files for the report, where the kernel has Landlock (5.13) beneath the folder of the output only. None may
- * open a socket, start a program or a thread, or get memory that can be executed. No right comes back (no_new_privs).
+ * thread may make files for the report, where the kernel has Landlock (5.13) beneath the folder of the output only, and
+ * neither opens what lies elsewhere than there and under /dev, /sys and /proc. None may open a socket, start a program or a
+ * thread, type for a terminal, or get memory that can be executed. No right comes back (no_new_privs).
  *
  * A call that is not on its list ends the program with code 3 and one line that names the call and the thread.
  * Not in builds with sanitizers, which make calls of their own. */

@@ -9,6 +9,7 @@
 #include <linux/kd.h>
 #include <linux/seccomp.h>
 #include <stddef.h>
+#include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
 
@@ -93,6 +94,12 @@ static const struct rule {
 #endif
 };
 
+/* Of calls that are on the lists. No key is typed for a terminal: who reads there would run it. */
+static const struct {
+    int call, argument;
+    unsigned value; /* that this argument never has */
+} never[] = {{SYS_ioctl, 1, TIOCSTI}, {SYS_ioctl, 1, TIOCLINUX}};
+
 static int add(struct sock_filter *program, int at, unsigned code, unsigned yes, unsigned no, unsigned k)
 {
     assert(at < FV_SANDBOX_PROGRAM_MAX);
@@ -117,6 +124,13 @@ int fv_sandbox_program(enum fv_sandbox_class of, struct sock_filter program[FV_S
     at = add(program, at, LOAD, 0, 0, offsetof(struct seccomp_data, nr));
     at = add(program, at, HAS, 0, 1, OTHER_ABI);
     at = add(program, at, END, 0, 0, SECCOMP_RET_TRAP);
+    for (size_t i = 0; i < sizeof never / sizeof never[0]; i++) {
+        at = add(program, at, EQUAL, 0, 4, (unsigned)never[i].call);
+        at = add(program, at, LOAD, 0, 0, argument_at(never[i].argument));
+        at = add(program, at, EQUAL, 0, 1, never[i].value);
+        at = add(program, at, END, 0, 0, SECCOMP_RET_TRAP);
+        at = add(program, at, LOAD, 0, 0, offsetof(struct seccomp_data, nr));
+    }
     for (size_t i = 0; i < sizeof rules / sizeof rules[0]; i++) {
         const struct rule *r = &rules[i];
         if (!(r->classes & 1u << of)) continue;

@@ -218,10 +218,12 @@ static void *device_main(void *argument)
 int fv_thread_start(pthread_t *thread, const char *name, enum fv_urgency urgency, void *(*function)(void *),
                     void *context, struct fv_error *error)
 {
+    static const int faults[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL}; /* while blocked they end the program past their handlers */
     pthread_attr_t attributes;
     sigset_t all, before;
     assert(urgency != FV_URGENT || device_count < FV_DEVICE_THREADS_MAX);
     sigfillset(&all);
+    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++) sigdelset(&all, faults[i]);
     pthread_attr_init(&attributes);
     char *stack = fv_arena_take(fv_arena(), "device stacks", FV_DEVICE_STACK_BYTES, 4096);
     *(struct device_start *)stack = (struct device_start){function, context};

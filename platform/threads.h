@@ -61,9 +61,9 @@ void fv_workers_stop(struct fv_workers *workers);
  * files can wait. */
 enum fv_urgency { FV_CAN_WAIT, FV_URGENT };
 
-/* Starts a thread beside the workers, its stack taken from the arena ("device stacks"); no signal reaches it, and it keeps
- * to its list of system calls where that is asked for (sandbox.h). An
- * ordinary one, whatever class the caller is of. name: at most 15 characters, as the system shows it. At most
+/* Starts a thread beside the workers, its stack taken from the arena ("device stacks"); no signal reaches it but
+ * its own faults, and it keeps to its list of system calls where that is asked for (sandbox.h). An ordinary one, whatever
+ * class the caller is of. name: at most 15 characters, as the system shows it. At most
  * FV_DEVICE_THREADS_MAX urgent ones. Returns 0, or -1 with the error set. */
 int fv_thread_start(pthread_t *thread, const char *name, enum fv_urgency urgency, void *(*function)(void *),
                     void *context, struct fv_error *error);

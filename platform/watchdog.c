@@ -26,7 +26,8 @@ void fv_watchdog_feed(double seconds, int64_t now_ns)
 {
     bool changed = seconds != fed_seconds;
     if (!changed && (seconds == 0 || (double)(now_ns - fed_ns) < 0.25e9 * seconds)) return;
-    struct itimerval timer = {.it_value = {(time_t)seconds, (suseconds_t)(1e6 * (seconds - (double)(time_t)seconds))}};
+    double most = 1.25 * seconds; /* for it may not be set again for a quarter of them */
+    struct itimerval timer = {.it_value = {(time_t)most, (suseconds_t)(1e6 * (most - (double)(time_t)most))}};
     fed_seconds = seconds;
     fed_ns = now_ns;
     setitimer(ITIMER_REAL, &timer, NULL);

@@ -75,6 +75,12 @@ wait
 [ "$soon" -ge 2 ] || fail "that is more than ${FV_BACK_MS:-2000} ms"
 
 say upgrade
+# systemd stands in as a list of what it is told; the service is enabled.
+mkdir -p "$root/run/systemd/system" "$root/etc/systemd/system/multi-user.target.wants"
+printf '#!/bin/sh\necho "$@" >>/tmp/work/told\n' >"$root/usr/local/bin/systemctl"
+chmod 755 "$root/usr/local/bin/systemctl"
+ln -sf /lib/systemd/system/foveola.service "$root/etc/systemd/system/multi-user.target.wants/foveola.service"
+told() { grep -q -- "$1" "$root/tmp/work/told" || fail "$2: systemctl was not told: $1"; }
 echo '; kept' >>"$root/etc/foveola/foveola.ini"
 rm -rf "$root/tmp/work/newer"
 dpkg-deb -R "$deb" "$root/tmp/work/newer"
@@ -83,18 +89,32 @@ dpkg-deb --root-owner-group -b "$root/tmp/work/newer" "$root/tmp/work/newer.deb"
 inside dpkg -i /tmp/work/newer.deb >/dev/null
 grep -q '^; kept' "$root/etc/foveola/foveola.ini" || fail "settings were not kept"
 inside foveola version >/dev/null
+told daemon-reload upgrade
+told 'try-restart foveola.service' upgrade
+rm "$root/tmp/work/told"
 
 say remove
 inside dpkg -r foveola >/dev/null
+told 'stop foveola.service' remove
+told daemon-reload remove
 [ ! -e "$root/usr/bin/foveola" ] || fail "the program is left"
 [ -e "$root/etc/foveola/foveola.ini" ] || fail "settings are gone before the purge"
 
 say purge
 mkdir -p "$root/var/lib/foveola/session"
 inside dpkg -P foveola >/dev/null
+rm -rf "$root/run/systemd" "$root/usr/local/bin/systemctl"
 find "$root/etc" "$root/usr" "$root/lib" "$root/var/lib" -name '*foveola*' | grep . && fail "something is left"
 
 say "the unit"
+# A group that is not there keeps it from starting: Debian has it, or the package makes it.
+for group in $(sed -n 's/^SupplementaryGroups=//p' "$here/../../config/systemd/foveola.service"); do
+    grep -q "^g $group " "$here/../../config/systemd/sysusers.conf" || grep -q "^$group:" "$root/usr/share/base-passwd/group.master" ||
+        fail "nobody makes the group $group"
+done
+if command -v systemd-sysusers >/dev/null; then
+    systemd-sysusers --dry-run "$here/../../config/systemd/sysusers.conf" >/dev/null || fail "sysusers.d"
+fi
 if command -v systemd-analyze >/dev/null; then
     unit=$(mktemp -d)
     # The program is not installed here: any other stands for it.

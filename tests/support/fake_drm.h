@@ -29,7 +29,7 @@ enum { FAKE_PROPERTIES = sizeof fake_properties / sizeof fake_properties[0] };
 
 static struct fake_drm {
     /* What it is. */
-    bool card, connected[2], atomic, vblank, dumb, wallclock, no_crtc_ids, one_crtc;
+    bool card, connected[2], atomic, vblank, dumb, wallclock, no_crtc_ids, one_crtc, any_plane;
     int master;                    /* errno of another program's holding it; 0: none does */
     int open_fails, mode_fails, atomic_fails, flip_fails, read_fails; /* errno; 0: works */
     int busy;                      /* so many flips are refused yet */
@@ -343,7 +343,8 @@ static inline int fake_property(struct drm_mode_get_property *p)
 static inline int fake_plane(struct drm_mode_get_plane *p)
 {
     unsigned i = p->plane_id - FAKE_PLANE;
-    p->possible_crtcs = i > 1 ? 3 : 1u << i;
+    p->possible_crtcs = i > 1 || fake.any_plane ? 3 : 1u << i;
+    p->crtc_id = i < 2 && fake.crtc[i].on ? FAKE_CRTC + i : 0;
     return 0;
 }
 

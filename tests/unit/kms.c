@@ -37,6 +37,11 @@ static void names(void **state)
     /* CEA mode 16: 1080p60; a mode that says nothing of itself. */
     struct drm_mode_modeinfo hd = {.clock = 148500, .htotal = 2200, .vtotal = 1125}, unsaid = {.vrefresh = 50};
     assert_float_equal(fv_kms_mode_hz(&hd), 60, 1e-9);
+    /* CEA mode 5: 1080i60, of 60 fields; 320x240 of a VGA, each line twice. */
+    struct drm_mode_modeinfo fields = {.clock = 74250, .htotal = 2200, .vtotal = 1125, .flags = DRM_MODE_FLAG_INTERLACE};
+    struct drm_mode_modeinfo twice = {.clock = 12588, .htotal = 400, .vtotal = 262, .flags = DRM_MODE_FLAG_DBLSCAN};
+    assert_float_equal(fv_kms_mode_hz(&fields), 60, 1e-9);
+    assert_float_equal(fv_kms_mode_hz(&twice), 60, 0.1);
     assert_float_equal(fv_kms_mode_hz(&unsaid), 50, 0);
 }
 
@@ -187,6 +192,28 @@ static void sizes(void **state)
     closed();
 }
 
+/* Planes that any CRTC may have: that of the console's CRTC is left to it, and none is taken twice. */
+static void shared_planes(void **state)
+{
+    (void)state;
+    for (int two = 0; two < 2; two++) {
+        struct fv_kms_settings w = wishes();
+        fake_plug();
+        fake.any_plane = true;
+        strcpy(w.connector[0], "DP-1");
+        if (two) strcpy(w.connector[1], "HDMI-A-1");
+        opened(&w);
+        assert_true(kms.atomic && kms.screen[0].crtc == FAKE_CRTC + 1 && kms.screen[0].plane == FAKE_PLANE + 1);
+        if (two) assert_int_equal(kms.screen[1].plane, FAKE_PLANE);
+        assert_int_equal(present(1), FV_KMS_NOTHING);
+        settle();
+        assert_int_equal(shown(1, 0, 0), expected(0, 0, 0, 1));
+        if (two) assert_int_equal(shown(0, 0, 0), expected(1, 0, 0, 1));
+        else assert_int_equal(fake.crtc[0].fb, FAKE_CONSOLE);
+        closed();
+    }
+}
+
 /* A display for each eye: both change in one commit; without the events' CRTCs, legacy ones are told by their number. */
 static void two_connectors(void **state)
 {
@@ -276,6 +303,7 @@ int main(void)
                                        cmocka_unit_test(refusals),
                                        cmocka_unit_test(side_by_side),
                                        cmocka_unit_test(sizes),
+                                       cmocka_unit_test(shared_planes),
                                        cmocka_unit_test(two_connectors),
                                        cmocka_unit_test(paced_by_flips),
                                        cmocka_unit_test(skipped)};

@@ -161,6 +161,70 @@ static void closed_in_flight(void **state)
     assert_true(fake.t_ns - begun_ns <= 600 * ms);
 }
 
+/* A loop that stands still for seconds: the time that is asked for then and the number of the next flip do not meet. */
+static void stood_still(void **state)
+{
+    (void)state;
+    struct fv_kms_settings w = wishes();
+    struct fv_beat beat;
+    fake_plug();
+    opened(&w);
+    assert_int_equal(presented(100 * ms, FV_KMS_NOTHING), 0);
+    settle();
+    int64_t skipped = kms.counts.skipped;
+    fake.t_ns += 2500 * ms;
+    assert_true(fv_kms_beat(&kms, &beat) && beat.flip_ns > fake.t_ns - 2 * fake.period_ns);
+    assert_int_equal(presented(100 * ms, FV_KMS_NOTHING), 0);
+    assert_true(kms.vsync.odd == 0 && kms.vsync.count > 40 && kms.counts.skipped > skipped + 1000);
+    closed();
+}
+
+/* Modes by the legacy interface, of which the second is refused; and a first card whose modes are refused, and whose
+ * screens show something else. */
+static int refused_modes, first_card;
+static int refusing(void *context, int fd, unsigned long request, void *at)
+{
+    struct drm_mode_crtc *crtc = at;
+    if (first_card && request == DRM_IOCTL_MODE_GETCRTC) {
+        int failed = fake_control(context, fd, request, at);
+        crtc->fb_id = 777;
+        return failed;
+    }
+    bool mode = request == DRM_IOCTL_MODE_SETCRTC && crtc->mode_valid && crtc->fb_id != FAKE_CONSOLE && crtc->fb_id != 777;
+    if (mode && (first_card || ++refused_modes == 2)) return -ENOSPC;
+    if (crtc && request == DRM_IOCTL_MODE_SETCRTC && crtc->fb_id == 777 && first_card) return 0;
+    return fake_control(context, fd, request, at);
+}
+
+static int open_either(void *context, const char *path)
+{
+    first_card = strcmp(path, "/dev/dri/card0") == 0;
+    return first_card || strcmp(path, "/dev/dri/card1") == 0 ? fake_open(context, "/dev/dri/card0") : -ENOENT;
+}
+
+static void refused_in_part(void **state)
+{
+    (void)state;
+    struct fv_kms_settings w = wishes();
+    struct fv_kms_io io = fake_io;
+    io.control = refusing;
+    refused_modes = first_card = 0;
+    fake_plug();
+    fake.atomic = false;
+    strcpy(w.connector[1], "DP-1");
+    assert_int_equal(fv_kms_open(&kms, &w, &io, &error), -1);
+    fake_left();
+    assert_true(fake.crtc[0].on && fake.crtc[0].fb == FAKE_CONSOLE && fake.crtc[0].mode.hdisplay == 164 && !fake.crtc[1].on);
+    fake_plug();
+    fake.atomic = false;
+    io.open = open_either;
+    w = wishes();
+    refused_modes = 2;
+    assert_int_equal(fv_kms_open(&kms, &w, &io, &error), 0);
+    assert_string_equal(kms.path, "/dev/dri/card1");
+    closed();
+}
+
 /* Events that nobody waits for, of no CRTC of ours, or cut off. */
 static uint8_t bytes[256];
 static int bytes_wait;
@@ -211,6 +275,8 @@ int main(void)
                                        cmocka_unit_test(lost_and_back),
                                        cmocka_unit_test(gone),
                                        cmocka_unit_test(closed_in_flight),
+                                       cmocka_unit_test(stood_still),
+                                       cmocka_unit_test(refused_in_part),
                                        cmocka_unit_test(odd_events)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

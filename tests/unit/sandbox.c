@@ -86,6 +86,17 @@ static void ask_terminal(void)
     ioctl(-1, TIOCGWINSZ, page);
 }
 
+static void type_for_a_terminal(void)
+{
+    ioctl(-1, TIOCSTI, "x");
+}
+
+/* Code that is there already is not written over, where there is Landlock. */
+static void write_over_code(void)
+{
+    if (open("/proc/self/mem", O_RDWR) < 0 && errno == EACCES) _exit(FV_SANDBOX_EXIT);
+}
+
 static void map_shared(void)
 {
     if (syscall(SYS_mmap, NULL, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) == -1) _exit(53);
@@ -178,6 +189,7 @@ static const struct trial {
     {"give the console back", "ioctl", give_console_back, F | D | W},
     {"die", NULL, die, F | D | W},
     {"ask a terminal", "ioctl", ask_terminal, F | D},
+    {"type for a terminal", "ioctl", type_for_a_terminal, 0},
     {"map memory", "mmap", map_shared, F | D},
     {"make a file inside", "openat", make_file_inside, F},
     {"make a file outside", "openat", make_file_outside, 0},
@@ -285,16 +297,19 @@ static void each_thread_keeps_to_its_list(void **state)
 static void files_of_others_are_not_read(void **state)
 {
     (void)state;
-    static const struct trial t = {"read outside", NULL, read_outside, 0};
+    static const struct trial trials_of_files[] = {{"read outside", NULL, read_outside, 0},
+                                                   {"write over code", NULL, write_over_code, 0}};
     char errors[1024];
     skip_without_own_heap();
-    int code = tried(&t, 0, errors, sizeof errors);
-    if (code == 0) {
-        print_message("no Landlock here: skipped\n");
-        skip();
+    for (int i = 0; i < 4; i++) {
+        int code = tried(&trials_of_files[i / 2], i % 2, errors, sizeof errors);
+        if (code == 0) {
+            print_message("no Landlock here: skipped\n");
+            skip();
+        }
+        assert_int_equal(code, FV_SANDBOX_EXIT);
+        assert_string_equal(errors, "");
     }
-    assert_int_equal(code, FV_SANDBOX_EXIT);
-    assert_string_equal(errors, "");
 }
 
 static void a_display_keeps_the_right_to_the_console_alone(void **state)

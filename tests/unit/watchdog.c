@@ -45,6 +45,27 @@ static void silence_ends_the_program(void **state)
     assert_int_equal(silent_after(10, true, &took_s), 0);
 }
 
+/* Calls that are never two seconds apart, of which one comes too early to set the timer again. */
+static void seldom_is_enough(void **state)
+{
+    (void)state;
+    int status;
+    fflush(NULL);
+    pid_t child = fork();
+    if (child == 0) {
+        static const int after_ms[] = {0, 450, 1750};
+        dup2(open("/dev/null", O_WRONLY), STDERR_FILENO);
+        fv_watchdog_open();
+        for (int i = 0; i < 3; i++) {
+            fv_clock_sleep_until_ns(&fv_clock_monotonic, now() + after_ms[i] * INT64_C(1000000));
+            fv_watchdog_feed(2, now());
+        }
+        _exit(0);
+    }
+    assert_int_equal(waitpid(child, &status, 0), child);
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) fail_msg("status %x", status);
+}
+
 #define SMALL "--set scene.name=cornell --set display.headset=small --set threads.workers=2 --set output.tape=off "
 
 static void a_run_that_stops_is_ended(void **state)
@@ -86,6 +107,7 @@ static void cores_that_are_named_are_kept_to(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(silence_ends_the_program),
+                                       cmocka_unit_test(seldom_is_enough),
                                        cmocka_unit_test(a_run_that_stops_is_ended),
                                        cmocka_unit_test(cores_that_are_named_are_kept_to)};
     return cmocka_run_group_tests(tests, NULL, program_clean);
