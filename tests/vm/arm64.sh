@@ -18,4 +18,5 @@ start devices 12 eye.source=v4l2 eye.width=640 eye.height=480 eye.hz=75 imu.sour
     display.sink=png output.every=1
 showing
 finish
+grep '^"host"' /out/devices/report.json
 cp -r /out/devices /host/
