@@ -143,7 +143,7 @@ static int read_decisions(struct run *r, const struct fv_arguments *a, struct fv
 }
 
 /* From here on a run that is told to end leaves its report; before, nothing at all. Hanging up ends it only
- * where nobody asked that it should not (nohup). */
+ * where nobody asked that it should not (nohup). Who reads the log or the pictures may go away: that ends neither. */
 static void heed_signals(void)
 {
     static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
@@ -152,6 +152,7 @@ static void heed_signals(void)
     for (int i = 0; i < 3; i++)
         if (sigaction(ending[i], NULL, &before) || before.sa_handler != SIG_IGN || ending[i] != SIGHUP)
             sigaction(ending[i], &action, NULL);
+    signal(SIGPIPE, SIG_IGN);
 }
 
 /* What devices give, beside what is latched. */

@@ -32,6 +32,7 @@ static struct host {
     const struct fv_imu_device *device;
     const struct fv_imu_calibration *calibration;
     const char *error;
+    struct fv_imu_feed *feed; /* to whom ends are told */
 } host;
 static struct fv_imu_feed feed;
 static struct fv_error error;
@@ -142,18 +143,18 @@ static bool tell_one(struct host *h)
 {
     for (int i = 0; i < h->queued; i++)
         if (h->cancelled[h->queue[i]]) {
-            fv_imu_feed_end(&feed, oldest(h, i), FV_IMU_CANCELLED, h->report, 0, h->now_ns);
+            fv_imu_feed_end(h->feed, oldest(h, i), FV_IMU_CANCELLED, h->report, 0, h->now_ns);
             return true;
         }
     if (h->queued == 0) return false;
     if (!h->plugged || h->fails) {
         h->now_ns += h->fails ? ms / 8 : 0;
-        fv_imu_feed_end(&feed, oldest(h, 0), h->silent_end || h->fails ? FV_IMU_FAILED : FV_IMU_GONE, h->report, 0, h->now_ns);
+        fv_imu_feed_end(h->feed, oldest(h, 0), h->silent_end || h->fails ? FV_IMU_FAILED : FV_IMU_GONE, h->report, 0, h->now_ns);
         return true;
     }
     if (h->halts && !h->halted) {
         h->halted = true;
-        fv_imu_feed_end(&feed, oldest(h, 0), FV_IMU_STALLED, h->report, 0, h->now_ns);
+        fv_imu_feed_end(h->feed, oldest(h, 0), FV_IMU_STALLED, h->report, 0, h->now_ns);
         return true;
     }
     return false;
@@ -172,7 +173,7 @@ static void wait_until(void *context, int64_t until_ns)
     h->now_ns += ms;
     make_report(h);
     h->sent++;
-    fv_imu_feed_end(&feed, oldest(h, 0), FV_IMU_CAME, h->report, (size_t)h->bytes, h->now_ns);
+    fv_imu_feed_end(h->feed, oldest(h, 0), FV_IMU_CAME, h->report, (size_t)h->bytes, h->now_ns);
 }
 
 static void close_device(void *context)
@@ -190,7 +191,7 @@ static int fresh(void **state)
 {
     (void)state;
     host = (struct host){.now_ns = 1000 * ms, .plugged = true, .ticks = 5, .rate_deg_s = 90, .bytes = 52,
-                         .device = &fv_imu_devices[FV_IMU_VIVE], .error = "imu: none is plugged in"};
+                         .device = &fv_imu_devices[FV_IMU_VIVE], .error = "imu: none is plugged in", .feed = &feed};
     fv_imu_feed_begin(&feed, &port, &made_up);
     return 0;
 }

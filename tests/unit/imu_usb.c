@@ -366,7 +366,7 @@ static void chaos(void **state)
             if (feed.phase == FV_IMU_STREAMING && !feed.gone) assert_int_equal(flying + idle, FV_IMU_TRANSFERS);
             assert_true(s.good + s.counts.rejected == s.counts.samples && s.counts.connects - host.closes == host.open);
         }
-        struct host well = {.plugged = true, .bytes = 52, .device = host.device, .error = host.error};
+        struct host well = {.plugged = true, .bytes = 52, .device = host.device, .error = host.error, .feed = &feed};
         well.now_ns = host.now_ns, well.open = host.open, well.queued = host.queued, well.sent = host.sent;
         well.ticks = host.ticks, well.rate_deg_s = 20, well.halted = host.halted;
         memcpy(well.queue, host.queue, sizeof well.queue);
