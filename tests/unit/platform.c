@@ -1,5 +1,6 @@
 /* platform: arena, heap, files, workers, poses. */
 #include "platform/arena.h"
+#include "platform/cpu.h"
 #include "platform/files.h"
 #include "platform/heap.h"
 #include "platform/pose.h"
@@ -170,12 +171,37 @@ static void rotations(void **state)
     for (int k = 0; k < 4; k++) assert_true(fabs(fabs(same[k]) - fabs(a[k])) < 1e-12);
 }
 
+static void names_of_cores(void **state)
+{
+    (void)state;
+#define CORE(part) "processor\t: 0\nBogoMIPS\t: 48.00\nCPU implementer\t: 0x41\nCPU architecture: 8\nCPU part\t: " part "\nCPU revision\t: 0\n\n"
+    static const struct {
+        const char *text, *name;
+    } cases[] = {
+        {"processor\t: 0\nmodel\t\t: 17\nmodel name\t: AMD EPYC 9R14\nflags\t\t: fpu\n", "AMD EPYC 9R14"},
+        {CORE("0xd05") CORE("0xd05") CORE("0xd0b") CORE("0xd0b"), "Cortex-A55, Cortex-A76"},
+        {CORE("0xd42") CORE("0xd41") CORE("0xd42"), "Cortex-A78AE, Cortex-A78"}, /* no name is taken for part of another */
+        {"CPU implementer\t: 0x61\nCPU part\t: 0x022\n", "core 61:022"},
+        {"CPU part\t:", "core 00:000"},
+        {"Hardware\t: board\n", "unknown"},
+        {"", "unknown"},
+    };
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char name[64];
+        fv_cpu_name_in(cases[i].text, name, sizeof name);
+        assert_string_equal(name, cases[i].name);
+        fv_cpu_name_in(cases[i].text, name, 8);
+        assert_true(strlen(name) < 8 && strncmp(name, cases[i].name, strlen(name)) == 0);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(arena_books_by_name),   cmocka_unit_test(heap_keeps_blocks_apart),
         cmocka_unit_test(files_are_whole_or_absent), cmocka_unit_test(full_disk_is_an_error_not_a_file),
         cmocka_unit_test(every_tile_once),       cmocka_unit_test(rotations),
+        cmocka_unit_test(names_of_cores),
     };
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }

@@ -23,7 +23,7 @@ static void devices(void **state)
     if (pictures < 70) fail_msg("only %g pictures of the camera", pictures);
     if (vm_number(text, "imu", "readings") < 1000) fail_msg("only %g readings", vm_number(text, "imu", "readings"));
     assert_true(vm_number(text, "cameras", "lost") == 0 && vm_number(text, "imu", "lost") == 0);
-    assert_non_null(strstr(text, "\"isa\":\"neon\""));
+    assert_non_null(strstr(text, "\"cpu\":\"Cortex-A57\",\"isa\":\"neon\""));
     assert_null(strstr(text, "refused")); /* lists of system calls least of all */
 }
 
