@@ -11,7 +11,7 @@ enum { EYE_HZ = 60, EYE_SIDE = 64, SCREEN_HZ = 20 };
 
 /* What is wrong with the camera; all 0: nothing. Numbers: of frames, or calls, that it will still be so for. */
 struct eye_faults {
-    bool gone, silent, shut;            /* unplugged; gives no frames; a lid that hides the pupil */
+    bool gone, silent, shut, larger;    /* unplugged; no frames; a lid hides the pupil; opened again, frames too large */
     int flagged, shorted, odd, untimed, dropped, failing; /* odd: with a buffer's number that cannot be */
 };
 extern struct eye_faults eye_faults;
@@ -19,6 +19,7 @@ extern struct eye_faults eye_faults;
 /* And with the inertial sensor. */
 struct imu_faults {
     bool gone, says_so, mute, fails, refuses, stuck; /* says_so: the end of its transfers tells that it is gone */
+    bool forbidden, jammed;                          /* may not be opened again; a halt cannot be cleared */
     int halts, garbled, dropped, skips;              /* skips: its clock begins anew */
 };
 extern struct imu_faults imu_faults;

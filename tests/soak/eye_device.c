@@ -108,6 +108,7 @@ static int eye_control(void *context, int fd, unsigned long request, void *argum
     (void)fd;
     fake.t_ns = world_now_ns();
     fake.plugged = !eye_faults.gone;
+    fake.width = fake.height = eye_faults.larger ? 2 * EYE_SIDE : 0; /* 0: as is asked for */
     if (request == VIDIOC_DQBUF && eye_faults.failing > 0 && fake.plugged) {
         eye_faults.failing--;
         return -EIO;

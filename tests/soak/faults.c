@@ -19,6 +19,7 @@ static double held_s; /* of the fault that is dealt out */
 static void eye_gone(int n) { (void)n, eye_faults.gone = true; }
 static void eye_silent(int n) { (void)n, eye_faults.silent = true; }
 static void eye_shut(int n) { (void)n, eye_faults.shut = true; }
+static void eye_larger(int n) { (void)n, eye_faults.larger = true, eye_faults.failing = 100; }
 static void eye_flagged(int n) { eye_faults.flagged = n; }
 static void eye_shorted(int n) { eye_faults.shorted = n; }
 static void eye_odd(int n) { eye_faults.odd = n; }
@@ -34,6 +35,8 @@ static void imu_mute(int n) { (void)n, imu_faults.mute = true; }
 static void imu_fails(int n) { (void)n, imu_faults.fails = true; }
 static void imu_refuses(int n) { (void)n, imu_faults.refuses = true; }
 static void imu_stuck(int n) { (void)n, imu_faults.stuck = true; }
+static void imu_forbidden(int n) { (void)n, imu_faults.fails = imu_faults.forbidden = true; }
+static void imu_jammed(int n) { imu_faults.jammed = true, imu_faults.halts = n; }
 static void imu_halts(int n) { imu_faults.halts = n; }
 static void imu_garbled(int n) { imu_faults.garbled = n; }
 static void imu_dropped(int n) { imu_faults.dropped = n + 2; /* each report brings the last three readings */ }
@@ -97,6 +100,7 @@ static const struct fault {
 } table[] = {
     {"camera: unplugged", FAULT_EYE, 1, 0.3, 5, eye_gone, eye_well, eye_lost},
     {"camera: silent", FAULT_EYE, 1, 1.5, 4, eye_silent, eye_well, eye_lost},
+    {"camera: comes back too large", FAULT_EYE, 1, 0.5, 3, eye_larger, eye_well, eye_lost},
     {"camera: frames flagged", FAULT_EYE, 20, 0.7, 1, eye_flagged, eye_well, eye_rejected},
     {"camera: frames cut short", FAULT_EYE, 20, 0.7, 1, eye_shorted, eye_well, eye_rejected},
     {"camera: buffers that are none", FAULT_EYE, 7, 0.7, 1, eye_odd, eye_well, eye_rejected},
@@ -111,6 +115,8 @@ static const struct fault {
     {"sensor: transfers fail", FAULT_IMU, 1, 0.1, 4, imu_fails, imu_well, failures},
     {"sensor: transfers refused", FAULT_IMU, 1, 0.1, 1, imu_refuses, imu_well, refused},
     {"sensor: endpoint halted", FAULT_IMU, 1, 0.3, 1, imu_halts, imu_well, stalls},
+    {"sensor: a halt that stays", FAULT_IMU, 1, 0.5, 3, imu_jammed, imu_well, stalls},
+    {"sensor: fails, is forbidden", FAULT_IMU, 1, 1, 4, imu_forbidden, imu_well, failures},
     {"sensor: reports cut short", FAULT_IMU, 50, 0.3, 1, imu_garbled, imu_well, foreign},
     {"sensor: reports dropped", FAULT_IMU, 200, 0.5, 1, imu_dropped, imu_well, lost_readings},
     {"sensor: its clock begins anew", FAULT_IMU, 1, 0.3, 1, imu_skips, imu_well, restarts},

@@ -45,6 +45,8 @@ static void set_host(void)
     host.mute = imu_faults.mute;
     host.fails = imu_faults.fails;
     host.refuses = imu_faults.refuses;
+    host.forbidden = imu_faults.forbidden;
+    host.unstall_fails = imu_faults.jammed;
     host.spoil = spoil_report;
     host.rate_deg_s = 40 * sin(1e-9 * (double)(host.now_ns % 60000000000) * M_PI / 30);
     if (imu_faults.halts > 0 && !host.halted) {

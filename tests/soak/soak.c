@@ -20,6 +20,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -36,17 +37,19 @@ static const char *const settings[] = {
     "eye.model=0.5 0.5 0.459"};
 enum { SETTINGS = sizeof settings / sizeof settings[0] };
 
-/* Sessions; parts of their length at which something happens; what ends them, and how the run then exits. */
+/* Sessions; parts of their length at which something happens, the disk being full after ten minutes at the latest; what
+ * ends them, and how the run then exits. */
 static const struct session {
     const char *name, *sink;
     double hours; /* 0: as long as is asked for */
     double disk_full, pipe_closed, log_closed;
     int end_signal, exit_code;
+    bool replayed; /* from its tape, afterwards */
 } sessions[] = {
-    {"long", "kms", 0, 0.1, 0, 0, SIGINT, FV_EXIT_NOT_HELD},
-    {"whole", "kms", 0.03, 0, 0, 0.5, SIGTERM, FV_EXIT_DONE},
-    {"stream", "y4m", 0.03, 0, 0.5, 0, SIGHUP, FV_EXIT_NOT_HELD},
-    {"pictures", "png", 0.015, 0.5, 0, 0, SIGTERM, FV_EXIT_NOT_HELD},
+    {"long", "kms", 0, 0.1, 0, 0, SIGINT, FV_EXIT_NOT_HELD, false},
+    {"whole", "kms", 0.03, 0, 0, 0.5, SIGTERM, FV_EXIT_DONE, true},
+    {"stream", "y4m", 0.03, 0, 0.5, 0, SIGHUP, FV_EXIT_NOT_HELD, false},
+    {"pictures", "png", 0.015, 0.5, 0, 0, SIGTERM, FV_EXIT_NOT_HELD, false},
 };
 enum { SESSIONS = sizeof sessions / sizeof sessions[0] };
 
@@ -150,7 +153,7 @@ static int run_session(const struct session *s, double hours, uint64_t seed, uin
     static struct fv_arguments arguments = {.frames = -1};
     char out[128], path[160];
     double all_s = 3600 * hours;
-    struct faults_once once = {s->disk_full * all_s, s->pipe_closed * all_s, s->log_closed * all_s, all_s, s->end_signal};
+    struct faults_once once = {fmin(s->disk_full * all_s, 600), s->pipe_closed * all_s, s->log_closed * all_s, all_s, s->end_signal};
     snprintf(out, sizeof out, "%s/%s", folder, s->name);
     snprintf(path, sizeof path, "%s.log", out);
     lead_log(s, path);
@@ -192,6 +195,16 @@ static int await(pid_t session)
     return -1;
 }
 
+/* What was recorded amid all that is whole: the program itself plays it. */
+static int replay(const struct session *s)
+{
+    char command[640];
+    snprintf(command, sizeof command, "%s replay %s/%s --set display.sink=none --out %s/replayed >>%s/replay.log 2>&1", FV_PROGRAM,
+             folder, s->name, folder, folder);
+    int status = system(command);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
 static int clean(void)
 {
     char command[128];
@@ -219,6 +232,10 @@ int main(int count, char **text)
         int code = await(session);
         if (code != 0) printf("soak: %s: failed (%d)\n", sessions[i].name, code);
         failed |= code != 0;
+        if (code == 0 && sessions[i].replayed && (code = replay(&sessions[i])) != 0) {
+            printf("soak: %s: its tape cannot be replayed (%d)\n", sessions[i].name, code);
+            failed = 1;
+        }
     }
     if (!failed) clean();
     return failed;
