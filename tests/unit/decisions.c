@@ -151,14 +151,14 @@ static void written_reads_back(void **state)
     int64_t t_ns = -1;
     snprintf(path, sizeof path, "%s/decisions.csv", program_folder());
     assert_int_equal(fv_writer_open(&w, path, &error), 0);
-    fv_decisions_begin(&w, stages, 4);
+    fv_decisions_begin(&w, stages, 4, late);
     for (int n = 0; n < FRAMES; n++) {
         memset(written[n].done, -1, sizeof written[n].done);
         t_ns += 1 + (int64_t)(random_bits(&random) % 100000000000);
         written[n].t_ns = t_ns;
         written[n].level = (int32_t)(random_bits(&random) % 9);
         for (int k = 0; k < 4; k++) written[n].done[k] = (int32_t)(random_bits(&random) % 102) - 1;
-        fv_decisions_write(&w, &written[n], 4);
+        fv_decisions_write(&w, &written[n], 4, late);
     }
     assert_int_equal(fv_writer_close(&w, &error), 0);
     struct fv_decisions_of of = of_three;
