@@ -20,11 +20,13 @@
 /* Farther, and the picture stays as it is: hardly anything of it would still be in view. */
 #define FV_TURN_MOST_DEG 60.0
 
-/* `bent` as a table: r / t over 1 - cos of the angle from the axis, in which it is smooth from the axis to 90 degrees. */
+/* `bent` as a table: r / t over 1 - cos of the angle from the axis, in which it is smooth from the axis to 90 degrees;
+ * less so next to where a lens all but stops growing, whose last pixels may be a tenth of one off. */
+enum { FV_UNBEND_STEPS = 1024 };
 struct fv_unbend {
     float per_unit; /* steps of a whole 1 - cos */
     float edge;     /* r: no lookups beyond */
-    float ratio[FV_LENS_STEPS + 2];
+    float ratio[FV_UNBEND_STEPS + 2];
 };
 
 struct fv_turn {

@@ -22,7 +22,7 @@ static FV_INLINE void straighten(const struct fv_bend *b, vf *x, vf *y)
 static FV_INLINE void unbend(const struct fv_bend *b, const struct fv_unbend *table, vf *x, vf *y)
 {
     vf dx = *x - b->centre[0], dy = *y - b->centre[1], u = dx * b->step[0], v = dy * b->step[1], square = u * u + v * v;
-    vf step = vf_clamp((1.0f - vf_rsqrt(1.0f + square)) * table->per_unit, 0, (float)FV_LENS_STEPS);
+    vf step = vf_clamp((1.0f - vf_rsqrt(1.0f + square)) * table->per_unit, 0, (float)FV_UNBEND_STEPS);
     vf ratio = vf_min(fv_table_at(table->ratio, step), table->edge * vf_rsqrt(vf_max(square, vf_of(1e-12f))));
     *x = b->centre[0] + dx * ratio;
     *y = b->centre[1] + dy * ratio;
