@@ -127,7 +127,7 @@ struct settled {
 static struct settled run(struct fv_setup *s, double seconds)
 {
     struct running running = {s, fv_clock_now_ns(&fv_clock_monotonic) + (int64_t)(1e9 * seconds)};
-    struct fv_loop_io io = {&running, latch, wants, present, NULL, after, NULL};
+    struct fv_loop_io io = {&running, latch, wants, present, NULL, after, NULL, NULL};
     struct fv_session *session = &s->session;
     struct settled of = {0};
     session->frames = 0;

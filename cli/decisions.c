@@ -8,19 +8,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char first_line[] = "# foveola decisions 1", columns[] = "t_ns,level";
+static const char first_line[] = "# foveola decisions 1", columns[] = "t_ns,level", late_column[] = "late_ns,";
 static const int64_t latest_ns = 1000000000000000; /* as a tape's (sensors/tape.c) */
 
-void fv_decisions_begin(struct fv_writer *writer, const char *const *stage, int stages)
+void fv_decisions_begin(struct fv_writer *writer, const char *const *stage, int stages, bool late)
 {
-    fv_writer_print(writer, "%s\n%s", first_line, columns);
+    fv_writer_print(writer, "%s\n%s%s", first_line, columns, late ? ",late_ns" : "");
     for (int i = 0; i < stages; i++) fv_writer_print(writer, ",%s", stage[i]);
     fv_writer_print(writer, "\n");
 }
 
-void fv_decisions_write(struct fv_writer *writer, const struct fv_decision *decision, int stages)
+void fv_decisions_write(struct fv_writer *writer, const struct fv_decision *decision, int stages, bool late)
 {
     fv_writer_print(writer, "%lld,%d", (long long)decision->t_ns, (int)decision->level);
+    if (late) fv_writer_print(writer, ",%lld", (long long)decision->late_ns);
     for (int i = 0; i < stages; i++) fv_writer_print(writer, ",%d", (int)decision->done[i]);
     fv_writer_print(writer, "\n");
 }
@@ -31,6 +32,7 @@ struct reading {
     struct fv_error *error;
     int line, stages;
     bool ours; /* the stages are of->stage */
+    bool late; /* there is a column late_ns */
 };
 
 /* Takes `text` and the comma or line end behind it; false where it does not stand there. */
@@ -69,8 +71,10 @@ static int take_header(struct reading *r)
     line.end = stop ? stop + 1 : r->end;
     for (const char *c = line.at; c < line.end; c++) r->stages += *c == ',';
     r->stages--;
-    if (!take_text(&line, columns, sizeof columns - 1, r->stages > 0 ? ',' : '\n') || r->stages < 1 ||
-        r->stages > FV_STAGES_MAX)
+    bool named = take_text(&line, columns, sizeof columns - 1, r->stages > 0 ? ',' : '\n');
+    if ((size_t)(line.end - line.at) >= sizeof late_column - 1) r->late = named && memcmp(line.at, late_column, sizeof late_column - 1) == 0;
+    if (r->late) line.at += sizeof late_column - 1, r->stages--;
+    if (!named || r->stages < 1 || r->stages > FV_STAGES_MAX)
         return fv_error_set(r->error, "%s:2: column names are missing; must be %s and 1 to %d stages",
                             r->name, columns, FV_STAGES_MAX);
     r->ours = r->stages == r->of->stages;
@@ -92,6 +96,9 @@ static int take_row(struct reading *r, int64_t after_ns, struct fv_decision *d)
         return fv_error_set(r->error, "%s:%d: the level is not a number from 0 on", r->name, r->line);
     d->level = (int32_t)value;
     decided = d->level != 0;
+    d->late_ns = 0;
+    if (r->late && (!take_number(r, ',', 0, latest_ns, &d->late_ns) || (d->late_ns > 0 && d->late_ns <= d->t_ns)))
+        return fv_error_set(r->error, "%s:%d: late_ns is neither 0 nor a time in ns behind t_ns", r->name, r->line);
     memset(d->done, -1, sizeof d->done);
     for (int i = 0; i < r->stages; i++) {
         if (!take_number(r, i + 1 < r->stages ? ',' : '\n', -1, INT32_MAX, &value))
@@ -116,13 +123,13 @@ int fv_decisions_parse(const char *name, const char *text, size_t size, const st
                        struct fv_decision *decision, struct fv_error *error)
 {
     struct reading r = {.of = of, .name = name, .at = text, .end = text + size, .error = error};
-    struct fv_decision row = {.t_ns = -1};
+    struct fv_decision row = {.t_ns = -1, .late_ns = -1};
     int64_t rows = 0;
     if (take_header(&r)) return -1;
     for (; r.at < r.end; rows++) {
         r.line++;
         if (rows == of->frames) break;
-        if (take_row(&r, row.t_ns, &row)) return -1;
+        if (take_row(&r, row.late_ns > row.t_ns ? row.late_ns : row.t_ns, &row)) return -1;
         if (decision) decision[rows] = row;
     }
     if (rows == of->frames && r.at == r.end) return 0;

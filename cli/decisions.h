@@ -4,7 +4,8 @@
  *   # foveola decisions 1
  *   t_ns,level,select,support,reproject,sample
  *
- * A column for each stage, by its name, then rows, one a frame: struct fv_decision. */
+ * A column for each stage, by its name, then rows, one a frame: struct fv_decision. Where late pictures are turned, a
+ * column late_ns stands behind the level: 0, or the time that a picture was turned for. */
 #ifndef FV_CLI_DECISIONS_H
 #define FV_CLI_DECISIONS_H
 
@@ -13,8 +14,9 @@
 
 #include <stddef.h>
 
-void fv_decisions_begin(struct fv_writer *writer, const char *const *stage, int stages);
-void fv_decisions_write(struct fv_writer *writer, const struct fv_decision *decision, int stages);
+/* `late`: with that column. */
+void fv_decisions_begin(struct fv_writer *writer, const char *const *stage, int stages, bool late);
+void fv_decisions_write(struct fv_writer *writer, const struct fv_decision *decision, int stages, bool late);
 
 /* What decisions are taken for. */
 struct fv_decisions_of {

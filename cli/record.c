@@ -13,6 +13,7 @@ static const char *const names[FV_RECORD_FILES] = {
     [HEAD] = "head.csv", [GAZE] = "gaze.csv", [DECISIONS] = "decisions.csv"};
 static struct fv_writer file[FV_RECORD_FILES];
 static int stages;
+static bool late_too; /* decisions have the column late_ns */
 static bool opened;
 
 /* What waits to be written. */
@@ -67,11 +68,11 @@ static int write_latched(void *context, const void *row)
 static int write_decided(void *context, const void *row)
 {
     (void)context;
-    fv_decisions_write(&file[DECISIONS], row, stages);
+    fv_decisions_write(&file[DECISIONS], row, stages, late_too);
     return file[DECISIONS].failed;
 }
 
-int fv_record_open(const struct fv_config *config, const char *const *stage, int count, const char *out,
+int fv_record_open(const struct fv_config *config, const char *const *stage, int count, bool late, const char *out,
                    struct fv_spooler *spooler, struct fv_error *error)
 {
     char folder[FV_PATH_MAX];
@@ -88,7 +89,7 @@ int fv_record_open(const struct fv_config *config, const char *const *stage, int
     if (write_settings(config, folder, error)) return -1;
     fv_tape_begin_head(&file[HEAD]);
     fv_tape_begin_gaze(&file[GAZE]);
-    fv_decisions_begin(&file[DECISIONS], stage, stages = count);
+    fv_decisions_begin(&file[DECISIONS], stage, stages = count, late_too = late);
     fv_spool_begin(&spool[LATCHED], "tape", latched, FV_RECORD_ROWS, sizeof latched[0], write_latched, NULL, &failed);
     fv_spool_begin(&spool[DECIDED], "tape", decided, FV_RECORD_ROWS, sizeof decided[0], write_decided, NULL, &failed);
     for (int i = 0; i < SPOOLS; i++) fv_spooler_add(spooler, &spool[i]);

@@ -23,11 +23,11 @@ enum {
 };
 
 /* Opens OUT/tape/head.csv, gaze.csv and decisions.csv, to be written by `spooler`, which is not started yet, and writes
- * settings.ini. `stage`: the names of the stages that may be cut. */
-int fv_record_open(const struct fv_config *config, const char *const *stage, int stages, const char *out,
+ * settings.ini. `stage`: the names of the stages that may be cut. `late`: late pictures are turned. */
+int fv_record_open(const struct fv_config *config, const char *const *stage, int stages, bool late, const char *out,
                    struct fv_spooler *spooler, struct fv_error *error);
 
-/* What was latched for the session time t_ns, which grows from call to call. A disk that fills ends the
+/* What was latched for the session time t_ns, for a frame or to turn its late picture, which grows from call to call. A disk that fills ends the
  * recording, not the run: said once. One that does not keep up loses rows: said at the end. */
 void fv_record_latch(int64_t t_ns, const struct fv_pose *head, const struct fv_gaze *gaze);
 

@@ -32,9 +32,10 @@ static int64_t recorded_frames(const char *folder, struct fv_error *error)
 }
 
 /* Puts the recording's settings before what the command line sets, so that it can still change the rest,
- * and behind it that nothing waits for a display. */
+ * and behind it that nothing waits for a display, where no decisions (`decided`) see to that: with them the pace
+ * stays what it was, as it says that late pictures are turned. */
 static int take_settings(struct fv_config_request *r, const char *settings, const char *head,
-                         const char *gaze)
+                         const char *gaze, bool decided)
 {
     const char *const first[] = {"eye.source=tape",         "imu.source=tape",        gaze, head, "threads.fifo=0",
                                  "threads.lock_memory=off", "threads.cpu_latency_us=-1"};
@@ -45,7 +46,7 @@ static int take_settings(struct fv_config_request *r, const char *settings, cons
     for (int i = r->sets - 1; i >= 0; i--) r->set[i + FIRST] = r->set[i];
     memcpy(r->set, first, sizeof first);
     r->sets += FIRST;
-    r->set[r->sets++] = "budget.pace=free";
+    if (!decided) r->set[r->sets++] = "budget.pace=free";
     return 0;
 }
 
@@ -70,7 +71,7 @@ static int take_recording(struct fv_arguments *a, const char *folder, struct fv_
     if (a->frames < 0) a->frames = frames;
     snprintf(gaze, sizeof gaze, "eye.tape=%.900s/tape/gaze.csv", folder);
     snprintf(head, sizeof head, "imu.tape=%.900s/tape/head.csv", folder);
-    if (take_settings(&a->request, settings, head, gaze))
+    if (take_settings(&a->request, settings, head, gaze, a->recorded > 0))
         return fv_error_set(error, "replay: too many --config or --set");
     return 0;
 }

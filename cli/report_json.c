@@ -303,6 +303,7 @@ int fv_report_json(const struct fv_session *s, const struct fv_config *config, c
     integer(",\n", "frames", s->frames);
     integer(",\n", "recorded", fv_recorded(s));
     integer(",\n", "missed", s->missed);
+    integer(",\n", "late_corrected", s->late_corrected);
     integer(",\n", "cut_frames", s->cut_frames);
     integer(",\n", "skipped", s->skipped);
     integer(",\n", "levels", s->levels);

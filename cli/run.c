@@ -61,6 +61,15 @@ static void latch(void *context, int64_t now_ns, int64_t show_ns, struct fv_pose
     *uncertainty_deg = g.uncertainty_deg;
 }
 
+static void newest(void *context, int64_t now_ns, int64_t show_ns, struct fv_pose *head)
+{
+    struct run *r = context;
+    struct fv_pose relative;
+    struct fv_gaze g;
+    fv_setup_latch(&r->setup, now_ns, show_ns, &relative, &g, head);
+    fv_record_latch(show_ns, &relative, &g);
+}
+
 static bool wants(void *context, int64_t frame, bool last)
 {
     struct run *r = context;
@@ -190,7 +199,7 @@ static void take_rate(struct run *r)
     const struct fv_config *c = &r->setup.config;
     struct fv_display_counts d = fv_display_counts(r->display);
     double hz = d.hz;
-    if (hz <= 0 || !d.vblank || strcmp(c->budget_pace, "vsync") != 0) return;
+    if (hz <= 0 || !d.vblank || r->decided > 0 || strcmp(c->budget_pace, "vsync") != 0) return;
     if (fabs(hz - c->budget_hz) > 0.01 * c->budget_hz)
         fv_log("the display refreshes at %.2f Hz, budget.hz says %g: frames are paced by the display", hz, c->budget_hz);
     fv_loop_period(&r->setup.loop, llround(1e9 / hz));
@@ -212,7 +221,7 @@ static int prepare_out(struct run *r, const struct fv_arguments *a, struct fv_er
     if (open_lines(r, error)) return -1;
     if (fv_folder_make(a->out, error)) return -1;
     if (strcmp(c->output_tape, "on") == 0 &&
-        fv_record_open(c, r->setup.session.stage, r->setup.plan.passes, a->out, &r->spooler, error))
+        fv_record_open(c, r->setup.session.stage, r->setup.plan.passes, r->setup.plan.turns, a->out, &r->spooler, error))
         return -1;
     if (record_devices(r, a->out, error)) return -1;
     if (open_frames_csv(r, a->out, error) || fv_spooler_start(&r->spooler, error)) return -1;
@@ -374,7 +383,7 @@ int fv_verb_run(const struct fv_arguments *a)
         fv_log("%s", error.text);
         return FV_EXIT_UNUSABLE;
     }
-    struct fv_loop_io io = {&r, latch, wants, present, r.decided > 0 ? decided : NULL, after, beat};
+    struct fv_loop_io io = {&r, latch, wants, present, r.decided > 0 ? decided : NULL, after, beat, newest};
     fv_heap_seal(strcmp(r.setup.config.threads_sealed_heap, "fatal") == 0);
     fv_watchdog_feed(r.setup.config.budget_watchdog_s, fv_clock_now_ns(&fv_clock_monotonic));
     fv_loop_run(&r.setup.loop, &io, r.frames);

@@ -6,6 +6,7 @@
 #include "rt/pass/accumulate.h"
 #include "rt/pass/denoise.h"
 #include "rt/pass/fringe.h"
+#include "rt/pass/turn.h"
 
 #include <math.h>
 #include <string.h>
@@ -124,6 +125,7 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
     fv_plan_take(plan, f, workers->count);
     fv_loop_look(loop, config);
     if (f->fringe) fv_fringe_set(f->fringe, &loop->bend[0]);
+    if (f->turn && loop->bend[0].on) fv_unbend_set(&f->turn->unbend, &loop->bend[0]);
     if (plan->map_side) fv_visibility_make(tracer, plan->map_side, f->kernels->map_row, workers);
     loop->trace = fv_trace_create(workers->count);
     loop->period_ns = llround(1e9 / config->budget_hz);
@@ -142,6 +144,7 @@ void fv_loop_open(struct fv_loop *loop, const struct fv_config *config, const st
     for (int i = 0; i < plan->passes; i++) session->stage[session->stages++] = plan->pass[i]->name;
     if (plan->present) session->stage[session->stages++] = fv_pass_present.name;
     if (plan->fringes) session->stage[session->stages++] = fv_pass_fringe.name;
+    if (plan->turns) session->stage[session->stages++] = fv_pass_turn.name;
     session->capacity = frames;
     session->record =
         fv_arena_take(fv_arena(), "frame records", (size_t)session->capacity * sizeof *session->record, 64);
@@ -417,27 +420,39 @@ static void present(struct fv_loop *loop, struct fv_frame_record *r, int64_t dea
     r->missed = r->frame_ms > loop->session->period_ms;
 }
 
+/* What missed its flip, for the one that it is shown at, late_ns in session time; now_ns: in session time, too. */
+static void turn(struct fv_loop *loop, const struct fv_loop_io *io, int64_t now_ns, int64_t late_ns, int64_t deadline_ns,
+                 struct fv_frame_record *r)
+{
+    int at = loop->plan->passes + 1 + loop->plan->fringes;
+    struct fv_stage_result stage;
+    struct fv_pose head;
+    r->decision.late_ns = late_ns;
+    io->newest(io->context, now_ns, late_ns, &head);
+    r->turned = fv_late_turn(&loop->late, &loop->budget.schedule, &loop->frame, &head, &stage);
+    if (!r->turned) return;
+    record_stage(r, at, deadline_ns, &stage);
+    r->frame_ms += r->stage_ms[at];
+}
+
+/* The finished frame's picture, and where it is late what becomes of it. */
+static void finish(struct fv_loop *loop, const struct fv_loop_io *io, const struct fv_decision *decided, int64_t deadline_ns,
+                   struct fv_frame_record *r)
+{
+    present(loop, r, deadline_ns);
+    if (!loop->frame.turn || !io->newest || !loop->vsync) return;
+    int64_t now_ns = fv_clock_now_ns(loop->clock);
+    int64_t late_ns = decided ? decided->late_ns : fv_late_shown_ns(&loop->late, &loop->pace, now_ns);
+    if (late_ns > 0) turn(loop, io, decided ? late_ns : now_ns - loop->pace.epoch_ns, late_ns, deadline_ns, r);
+}
+
 static void count(struct fv_session *s, const struct fv_frame_record *r)
 {
     s->frames++;
     s->missed += r->missed;
     s->cut_frames += r->cut;
+    s->late_corrected += r->turned;
     if (s->frames <= s->capacity) s->record[s->frames - 1] = *r;
-}
-
-/* What samples cost by eccentricity, of all workers together. */
-static void sum_rings(const struct fv_loop *loop)
-{
-    struct fv_session *s = loop->session;
-    memset(s->ring, 0, sizeof s->ring);
-    for (int w = 0; w < loop->workers->count; w++)
-        for (int i = 0; i < FV_RINGS; i++) {
-            const struct fv_ring *r = &loop->budget.schedule.ring[w][i];
-            s->ring[i].cpu_ns += r->cpu_ns;
-            s->ring[i].units += r->units;
-            s->ring[i].tiles += r->tiles;
-            s->ring[i].cut += r->cut;
-        }
 }
 
 void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t frames)
@@ -463,16 +478,17 @@ void fv_loop_run(struct fv_loop *loop, const struct fv_loop_io *io, int64_t fram
                &record);
         bool wanted = io->wants(io->context, n, n + 1 == frames);
         if (wanted)
-            present(loop, &record, deadline_ns ? deadline_ns : start_ns + record.periods * loop->period_ns);
+            finish(loop, io, replayed ? &decided : NULL, deadline_ns ? deadline_ns : start_ns + record.periods * loop->period_ns, &record);
         if (paced) {
             int64_t late = fv_pace_done(&loop->pace, fv_clock_now_ns(loop->clock));
             s->skipped += late + lost;
             record.missed = late + lost > 0;
+            fv_late_tell(&loop->late, record.missed, record.turned);
         }
         if (wanted) io->present(io->context, &loop->frame);
         loop->frame.number++;
         count(s, &record);
         if (!io->after(io->context, s, &record)) break;
     }
-    sum_rings(loop);
+    fv_schedule_rings(&loop->budget.schedule, s->ring);
 }

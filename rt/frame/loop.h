@@ -8,7 +8,7 @@
 #define FV_FRAME_LOOP_H
 
 #include "rt/frame/budget.h"
-#include "rt/frame/pace.h"
+#include "rt/frame/late.h"
 
 /* What the loop asks for and hands out. */
 struct fv_loop_io {
@@ -28,6 +28,9 @@ struct fv_loop_io {
     bool (*after)(void *context, const struct fv_session *session, const struct fv_frame_record *record);
     /* When the display refreshes, as of now; false: not known. NULL: nothing is followed. */
     bool (*beat)(void *context, struct fv_beat *beat);
+    /* As latch, of the head alone: for a picture that missed its flip, and is now shown at show_ns. Between the
+     * latch of its frame and the next one's. NULL: what is late is shown as it is. */
+    void (*newest)(void *context, int64_t now_ns, int64_t show_ns, struct fv_pose *head);
 };
 
 struct fv_loop {
@@ -43,6 +46,7 @@ struct fv_loop {
     struct fv_pose head; /* of the newest frame; kept where the next one's is none */
     struct fv_budget budget;
     struct fv_pace pace;
+    struct fv_late late;
     int64_t period_ns;
     bool vsync;
     int level; /* quality level that the next frame is rendered at (method.h) where it does not adapt */

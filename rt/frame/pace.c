@@ -34,9 +34,15 @@ int64_t fv_pace_aim(struct fv_pace *p, int64_t now_ns, int64_t need_ns, int peri
     return start_ns > now_ns ? start_ns : now_ns;
 }
 
+int64_t fv_pace_late(const struct fv_pace *p, int64_t now_ns)
+{
+    int64_t shown = flip_at(p, now_ns);
+    return shown > p->flip ? shown - p->flip : 0;
+}
+
 int64_t fv_pace_done(struct fv_pace *p, int64_t now_ns)
 {
-    int64_t shown = flip_at(p, now_ns), late = shown > p->flip ? shown - p->flip : 0;
+    int64_t late = fv_pace_late(p, now_ns);
     p->flip += late;
     return late;
 }

@@ -40,6 +40,9 @@ static inline int64_t fv_pace_shown_ns(const struct fv_pace *pace)
     return pace->anchor_ns + (pace->flip - pace->anchor) * pace->period_ns + pace->period_ns / 2;
 }
 
+/* Flips that a frame comes too late for which is done at `now_ns`. */
+int64_t fv_pace_late(const struct fv_pace *pace, int64_t now_ns);
+
 /* The frame is done. Returns the flips that it came too late for, 0 where it was in time. */
 int64_t fv_pace_done(struct fv_pace *pace, int64_t now_ns);
 

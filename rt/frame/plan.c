@@ -7,6 +7,7 @@
 #include "rt/frame/plan_buffers.h"
 #include "rt/frame/plan_features.h"
 #include "rt/pass/fringe.h"
+#include "rt/pass/turn.h"
 
 #include <assert.h>
 #include <stdarg.h>
@@ -57,6 +58,19 @@ static void choose_fringe(struct fv_plan *p, const struct fv_config *config)
                                      : "nobody takes pictures");
 }
 
+/* Pictures that miss their flips, where frames have flips to miss. A lens whose colours part keeps what is turned anyway. */
+static void choose_turn(struct fv_plan *p, const struct fv_config *config)
+{
+    bool rotates = strcmp(config->display_late, "rotate") == 0, paced = strcmp(config->budget_pace, "vsync") == 0;
+    p->turns = p->present && rotates && paced;
+    if (p->turns && !p->fringes) p->buffers |= FV_BIT(FV_TURNED);
+    fv_plan_add(p, "pass", "turn", p->turns, p->turns ? (int64_t)sizeof(struct fv_turn) : 0, "%s",
+                p->turns      ? "display.late is rotate: what missed its flip is turned to the newest head"
+                : !p->present ? "nobody takes pictures"
+                : !paced      ? "budget.pace is free: no frame has a flip to miss"
+                              : "display.late is hold: what is late is shown as it is");
+}
+
 /* The lens, and what of the picture no eye sees through it. */
 static void choose_lens(struct fv_plan *p, const struct fv_config *config, const struct fv_frame *f)
 {
@@ -102,6 +116,7 @@ static void choose_passes(struct fv_plan *p, const struct fv_config *config)
                            : "display.sink is %s: nobody takes pictures",
                 config->display_sink);
     choose_fringe(p, config);
+    choose_turn(p, config);
     p->history = (read & FV_BIT(FV_HISTORY_CACHE)) != 0;
     p->accumulates = (read & FV_BIT(FV_HISTORY_MEAN)) != 0;
     for (int n = 0; fv_method_at(n); n++)
@@ -124,8 +139,8 @@ static void name_users(const struct fv_plan *p, enum fv_buffer b, char *out, siz
     out[0] = 0;
     for (int reading = 0; reading < 2; reading++) {
         const char *before = reading ? n ? "; read by " : "read by " : "written by ";
-        for (int i = 0; i < p->passes + p->present && n < size; i++) {
-            const struct fv_pass *pass = i < p->passes ? p->pass[i] : &fv_pass_present;
+        for (int i = 0; i < p->passes + p->present + p->turns && n < size; i++) {
+            const struct fv_pass *pass = i < p->passes ? p->pass[i] : i == p->passes ? &fv_pass_present : &fv_pass_turn;
             if (!((reading ? pass->reads : pass->writes | pass->offers) & FV_BIT(b))) continue;
             n += (size_t)snprintf(out + n, size - n, "%s%s", before, pass->name);
             before = ", ";
@@ -358,6 +373,7 @@ void fv_plan_take(const struct fv_plan *p, struct fv_frame *f, int workers)
     f->scratch = fv_arena_take(fv_arena(), "worker scratch", (size_t)workers * sizeof *f->scratch, 64);
     f->noise = p->noise ? fv_noise() : NULL;
     if (p->fringes) f->fringe = fv_arena_take(fv_arena(), "fringe", sizeof *f->fringe, 64);
+    if (p->turns) f->turn = fv_arena_take(fv_arena(), "turn", sizeof *f->turn, 64);
     if (!p->history && !(p->needs & FV_NEEDS_DENSITIES)) return;
     f->state = fv_arena_take(fv_arena(), "tiles", (size_t)f->tiles * sizeof *f->state, 64);
     /* Nothing is history yet, wherever a tile turns out coarse; and without history nothing is held. */

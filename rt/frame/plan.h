@@ -14,6 +14,7 @@ struct fv_plan {
     int64_t bytes[FV_BUFFERS];      /* of all eyes */
     bool present;                   /* a sink takes pictures */
     bool fringes;                   /* of which red and blue are shifted (pass/fringe.h) */
+    bool turns;                     /* those that are late are turned to the newest head (pass/turn.h) */
     bool history;                   /* colour and depth are swapped after each frame */
     bool accumulates;               /* light is (pass/accumulate.h), and swapped */
     bool carry;                     /* the pyramid's lower levels and starts are */

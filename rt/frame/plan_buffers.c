@@ -58,6 +58,7 @@ static const char *const buffer_names[FV_BUFFERS] = {
     [FV_HISTORY_TRACK] = "history track",
     [FV_PICTURE] = "picture",
     [FV_GREEN] = "green's picture",
+    [FV_TURNED] = "turned picture",
 };
 
 const char *fv_plan_buffer_name(enum fv_buffer buffer)

@@ -350,3 +350,16 @@ void fv_schedule_run(struct fv_schedule *s, struct fv_frame *f, const struct fv_
     r->end_ns = fv_clock_now_ns(s->clock);
     collect(&g, r);
 }
+
+void fv_schedule_rings(const struct fv_schedule *s, struct fv_ring sum[FV_RINGS])
+{
+    memset(sum, 0, FV_RINGS * sizeof *sum);
+    for (int w = 0; w < s->workers->count; w++)
+        for (int i = 0; i < FV_RINGS; i++) {
+            const struct fv_ring *r = &s->ring[w][i];
+            sum[i].cpu_ns += r->cpu_ns;
+            sum[i].units += r->units;
+            sum[i].tiles += r->tiles;
+            sum[i].cut += r->cut;
+        }
+}

@@ -71,4 +71,7 @@ void fv_schedule_least(const struct fv_schedule *schedule, const struct fv_pass 
 void fv_schedule_run(struct fv_schedule *schedule, struct fv_frame *frame, const struct fv_pass *pass,
                      const struct fv_stage_limit *limit, struct fv_stage_result *result);
 
+/* What samples cost by eccentricity, of all workers together. */
+void fv_schedule_rings(const struct fv_schedule *schedule, struct fv_ring sum[FV_RINGS]);
+
 #endif

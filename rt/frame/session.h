@@ -21,6 +21,7 @@ struct fv_decision {
     int64_t t_ns;                 /* session time that the frame was shown for */
     int32_t level;                /* quality level; 0: what the settings say */
     int32_t done[FV_STAGES_MAX];  /* tiles that each stage worked at before it was cut; -1: all */
+    int64_t late_ns;              /* late: session time that its picture was turned for (pass/turn.h); 0: it was not */
 };
 
 struct fv_frame_record {
@@ -42,7 +43,7 @@ struct fv_frame_record {
     float sampled_fraction;       /* primary rays (support nodes too) over pixels x samples a pixel, at most 1 */
     float gaze_px[2][2];          /* gaze in each eye's picture, x y */
     float gaze_latency_ms;        /* from the gaze sample's time to the latch */
-    bool missed, cut;
+    bool missed, cut, turned;     /* turned: late, and its picture turned to the newest head */
 };
 
 struct fv_session {
@@ -56,6 +57,7 @@ struct fv_session {
     int64_t pixels;               /* of all eyes */
     /* The first `capacity` frames are kept; totals go on. */
     int64_t frames, capacity, missed, cut_frames;
+    int64_t late_corrected;       /* of those missed, whose pictures were turned to the newest head */
     int64_t skipped;              /* display periods that no new frame was ready for */
     int levels;                   /* rows of the method's table, besides 0; 0: the level does not adapt */
     /* What samples cost by eccentricity, of all frames together: FV_RING_DEG each from the gaze outwards. */

@@ -44,6 +44,7 @@
     void fv_halve_##isa(const uint32_t *, const uint32_t *, uint32_t *, int);                                    \
     void fv_double_row_##isa(const uint32_t *, const uint32_t *, uint32_t *, int);                              \
     void fv_fringe_##isa(const struct fv_fringe_row *);                                                          \
+    void fv_turn_##isa(const struct fv_turn_row *);                                                              \
     void fv_pixel_present_##isa(const uint32_t *, uint8_t *, int);
 /* Rows of the coarsest tiles are 8 pixels: `narrow` are kernels that take no more at a time. */
 #define ROW(trace_, paths_, isa, narrow)                                                                         \
@@ -61,7 +62,7 @@
         .atrous = fv_atrous_##isa, .pack_light = fv_pack_light_##isa, .unpack_light = fv_unpack_light_##isa,     \
         .even_out = fv_even_out_##isa, .light_up = fv_light_up_##isa, .accumulate = fv_accumulate_##isa,           \
         .halve = fv_halve_##isa, .double_row = fv_double_row_##isa, .present = fv_pixel_present_##isa,           \
-        .fringe = fv_fringe_##isa                                                                                \
+        .fringe = fv_fringe_##isa, .turn = fv_turn_##isa                                                         \
     }
 #define ROWS(isa, narrow)                                                                                        \
     {                                                                                                            \

@@ -82,6 +82,7 @@ enum fv_buffer {
     FV_FILTERED_VARIANCE,
     FV_PICTURE,        /* 8-bit picture for the display */
     FV_GREEN,          /* the same before red and blue come from beside (pass/fringe.h) */
+    FV_TURNED,         /* a late FV_PICTURE turned to the newest head (pass/turn.h): they change places to be shown */
     FV_BUFFERS
 };
 
@@ -287,6 +288,7 @@ struct fv_frame {
     int spacing_before;               /* the frame before's */
     struct fv_worker_scratch *scratch;
     struct fv_fringe *fringe;         /* of the lenses; NULL: their colours do not part */
+    struct fv_turn *turn;             /* of late pictures; NULL: they stay as they are */
 };
 
 /* Rasters of the buffers, after these have changed places. */
@@ -337,7 +339,7 @@ extern const struct fv_pass fv_pass_sample_all, fv_pass_support, fv_pass_select,
     fv_pass_sample, fv_pass_march, fv_pass_mask, fv_pass_trace, fv_pass_compose, fv_pass_sharpen, fv_pass_gather,
     fv_pass_reuse, fv_pass_refine, fv_pass_smooth, fv_pass_distribute, fv_pass_paths, fv_pass_accumulate, fv_pass_fill, fv_pass_settle,
     fv_pass_across_16, fv_pass_down_16, fv_pass_across_8, fv_pass_down_8, fv_pass_across_4, fv_pass_down_4,
-    fv_pass_across_2, fv_pass_down_2, fv_pass_across_1, fv_pass_down_1, fv_pass_light_up, fv_pass_present, fv_pass_fringe;
+    fv_pass_across_2, fv_pass_down_2, fv_pass_across_1, fv_pass_down_1, fv_pass_light_up, fv_pass_present, fv_pass_fringe, fv_pass_turn;
 
 /* Blocks along so many pixels, the last one perhaps beyond them. */
 static inline int fv_blocks_along(int pixels)

@@ -1,5 +1,6 @@
 fv_test(bench full_ratio rt)
 fv_test(bench kms_copy display)
+fv_test(bench turn rt)
 fv_test(bench light_maps rt)
 fv_test(bench peers rt)
 fv_test(bench atrous rt)

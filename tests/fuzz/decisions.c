@@ -26,6 +26,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         check(strcmp(error.text, again.text) == 0 && (result == 0) == (error.text[0] == 0));
         for (int64_t n = 0; result == 0 && n < of.frames; n++) {
             check(decision[n].t_ns >= 0 && (n == 0 || decision[n].t_ns > decision[n - 1].t_ns));
+            check(decision[n].late_ns == 0 || decision[n].late_ns > decision[n].t_ns);
+            check(n == 0 || decision[n].t_ns > decision[n - 1].late_ns);
             check(decision[n].level >= 0 && decision[n].level < of.levels);
             for (int k = 0; k < FV_STAGES_MAX; k++)
                 check(decision[n].done[k] >= -1 && decision[n].done[k] <= of.tiles);

@@ -209,7 +209,7 @@ static void many_frames(void **state)
     (void)state;
     struct run run = {.s = opened(&setups[1], "method.name=reproject")};
     struct fv_session *session = &run.s->session;
-    const struct fv_loop_io io = {&run, latch, wants, present, NULL, after, NULL};
+    const struct fv_loop_io io = {&run, latch, wants, present, NULL, after, NULL, NULL};
     memset(session->record, 0, (size_t)session->capacity * sizeof *session->record);
     clear_history(run.s);
     run.s->loop.frame.number = (INT64_C(1) << 32) - frames_in_a_row / 2; /* wraps half way */

@@ -99,7 +99,7 @@ static bool after(void *context, const struct fv_session *session, const struct 
 
 static void run(struct told *t)
 {
-    const struct fv_loop_io io = {t, latch, wants, present, decided, after, NULL};
+    const struct fv_loop_io io = {t, latch, wants, present, decided, after, NULL, NULL};
     fv_loop_restart(&t->setup->loop);
     t->setup->session.frames = 0;
     fv_loop_run(&t->setup->loop, &io, FRAMES);

@@ -10,6 +10,7 @@ static const struct fv_decisions_of of_three = {
 
 #define FIRST "# foveola decisions 1\n"
 #define NAMES FIRST "t_ns,level,select,support,reproject,sample\n"
+#define LATE FIRST "t_ns,level,late_ns,select,support,reproject,sample\n"
 #define OTHER FIRST "t_ns,level,sample_all\n"
 
 static int parse(const char *text, size_t size, const struct fv_decisions_of *of, struct fv_decision *out,
@@ -34,18 +35,22 @@ static void good_files_are_followed(void **state)
         struct fv_decision row[3];
     } cases[] = {
         {NAMES "0,0,-1,-1,-1,-1\n1,8,-1,0,100,7\n1000000000000000,3,-1,-1,-1,99\n",
-         {{0, 0, {-1, -1, -1, -1}}, {1, 8, {-1, 0, 100, 7}}, {1000000000000000, 3, {-1, -1, -1, 99}}}},
+         {{0, 0, {-1, -1, -1, -1}, 0}, {1, 8, {-1, 0, 100, 7}, 0}, {1000000000000000, 3, {-1, -1, -1, 99}, 0}}},
         {FIRST
          "t_ns,level,select,support,reproject,sample\r\n0,0,-1,-1,-1,-1\r\n7,1,-1,-1,-1,-1\r\n8,0,-1,-1,-1,5",
-         {{0, 0, {-1, -1, -1, -1}}, {7, 1, {-1, -1, -1, -1}}, {8, 0, {-1, -1, -1, 5}}}},
+         {{0, 0, {-1, -1, -1, -1}, 0}, {7, 1, {-1, -1, -1, -1}, 0}, {8, 0, {-1, -1, -1, 5}, 0}}},
         /* Nothing but times: any method follows them. */
+        {LATE "0,0,0,-1,-1,-1,-1\n1,8,7,-1,0,100,7\n8,3,1000000000000000,-1,-1,-1,99",
+         {{0, 0, {-1, -1, -1, -1}, 0}, {1, 8, {-1, 0, 100, 7}, 7}, {8, 3, {-1, -1, -1, 99}, 1000000000000000}}},
+        {FIRST "t_ns,level,late_ns,sample_all\n5,0,0,-1\n6,0,8,-1\n9,0,0,-1\n",
+         {{5, 0, {-1, -1, -1, -1}, 0}, {6, 0, {-1, -1, -1, -1}, 8}, {9, 0, {-1, -1, -1, -1}, 0}}},
         {OTHER "5,0,-1\n6,0,-1\n9,0,-1\n",
-         {{5, 0, {-1, -1, -1, -1}}, {6, 0, {-1, -1, -1, -1}}, {9, 0, {-1, -1, -1, -1}}}},
+         {{5, 0, {-1, -1, -1, -1}, 0}, {6, 0, {-1, -1, -1, -1}, 0}, {9, 0, {-1, -1, -1, -1}, 0}}},
         {FIRST
          "t_ns,level,a,b,c,d,e,f,g,h,i,j,k,l,m,n,o,p\n5,0,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1\n"
          "6,0,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1\n7,0,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,-1,"
          "-1,-1\n",
-         {{5, 0, {-1, -1, -1, -1}}, {6, 0, {-1, -1, -1, -1}}, {7, 0, {-1, -1, -1, -1}}}},
+         {{5, 0, {-1, -1, -1, -1}, 0}, {6, 0, {-1, -1, -1, -1}, 0}, {7, 0, {-1, -1, -1, -1}, 0}}},
     };
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct fv_decision row[3];
@@ -53,6 +58,7 @@ static void good_files_are_followed(void **state)
         if (parse(cases[i].text, strlen(cases[i].text), &of_three, row, &error)) fail_msg("%s", error.text);
         for (int n = 0; n < 3; n++) {
             assert_true(row[n].t_ns == cases[i].row[n].t_ns && row[n].level == cases[i].row[n].level);
+            assert_int_equal(row[n].late_ns, cases[i].row[n].late_ns);
             for (int k = 0; k < FV_STAGES_MAX; k++)
                 assert_int_equal(row[n].done[k], k < 4 ? cases[i].row[n].done[k] : -1);
         }
@@ -82,6 +88,12 @@ static void bad_files_are_named(void **state)
         {NAMES "1,0,-1,-1,-1,-1\n2,0,-1,-1,-1,-1\n", "d.csv:4: fewer rows"},
         {NAMES "1,0,-1,-1,-1,-1\n2,0,-1,-1,-1,-1\n3,0,-1,-1,-1,-1\n4,0,-1,-1,-1,-1\n", "d.csv:6: more rows"},
         {NAMES "1,0,-1,-1,-1,-1\n2,0,-1,-1,-1,-1\n3,0,-1,-1,-1,-1\n\n", "d.csv:6: more rows"},
+        {FIRST "t_ns,level,late_ns\n", "d.csv:2: fewer rows"}, /* a stage of that name */
+        {FIRST "t_ns,level,late_ns,\n1,0,-1\n", "d.csv:3: late_ns is neither 0 nor a time"},
+        {LATE "1,0,-1,-1,-1,-1\n", "d.csv:3: late_ns is neither 0 nor a time"},
+        {LATE "5,0,5,-1,-1,-1,-1\n", "d.csv:3: late_ns is neither 0 nor a time"},
+        {LATE "5,0,1000000000000001,-1,-1,-1,-1\n", "d.csv:3: late_ns is neither 0 nor a time"},
+        {LATE "5,0,9,-1,-1,-1,-1\n9,0,0,-1,-1,-1,-1\n", "d.csv:4: t_ns is no time"},
         {NAMES "\n", "d.csv:3: t_ns is no time"},
         {NAMES "soon,0,-1,-1,-1,-1\n", "d.csv:3: t_ns is no time"},
         {NAMES "-1,0,-1,-1,-1,-1\n", "d.csv:3: t_ns is no time"},
@@ -138,9 +150,8 @@ static void bad_files_are_named(void **state)
     }
 }
 
-static void written_reads_back(void **state)
+static void written_reads_back_with(bool late)
 {
-    (void)state;
     enum { FRAMES = 5000 };
     static struct fv_writer w;
     static struct fv_decision written[FRAMES];
@@ -151,14 +162,16 @@ static void written_reads_back(void **state)
     int64_t t_ns = -1;
     snprintf(path, sizeof path, "%s/decisions.csv", program_folder());
     assert_int_equal(fv_writer_open(&w, path, &error), 0);
-    fv_decisions_begin(&w, stages, 4);
+    fv_decisions_begin(&w, stages, 4, late);
     for (int n = 0; n < FRAMES; n++) {
         memset(written[n].done, -1, sizeof written[n].done);
         t_ns += 1 + (int64_t)(random_bits(&random) % 100000000000);
         written[n].t_ns = t_ns;
+        written[n].late_ns = late && n % 3 == 0 ? t_ns + 1 + (int64_t)(random_bits(&random) % 1000) : 0;
+        if (written[n].late_ns) t_ns = written[n].late_ns;
         written[n].level = (int32_t)(random_bits(&random) % 9);
         for (int k = 0; k < 4; k++) written[n].done[k] = (int32_t)(random_bits(&random) % 102) - 1;
-        fv_decisions_write(&w, &written[n], 4);
+        fv_decisions_write(&w, &written[n], 4, late);
     }
     assert_int_equal(fv_writer_close(&w, &error), 0);
     struct fv_decisions_of of = of_three;
@@ -166,6 +179,7 @@ static void written_reads_back(void **state)
     if (fv_decisions_read(&read, path, &of, &error)) fail_msg("%s", error.text);
     for (int n = 0; n < FRAMES; n++) {
         assert_true(read[n].t_ns == written[n].t_ns && read[n].level == written[n].level);
+        assert_int_equal(read[n].late_ns, written[n].late_ns);
         assert_memory_equal(read[n].done, written[n].done, sizeof read[n].done);
     }
     of.frames = INT64_MAX; /* nothing is taken for frames that are not there */
@@ -173,6 +187,13 @@ static void written_reads_back(void **state)
     assert_non_null(strstr(error.text, "fewer rows"));
     assert_int_equal(fv_decisions_read(&read, "/nowhere/decisions.csv", &of, &error), -1);
     assert_non_null(strstr(error.text, "/nowhere/decisions.csv"));
+}
+
+static void written_reads_back(void **state)
+{
+    (void)state;
+    written_reads_back_with(false);
+    written_reads_back_with(true);
 }
 
 int main(void)

@@ -61,6 +61,7 @@ static void json_has_every_key(void **unused)
                                           "scene/fields",
                                           "frames",
                                           "missed",
+                                          "late_corrected",
                                           "cut_frames",
                                           "period_ms",
                                           "frame_ms/p50",

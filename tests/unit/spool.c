@@ -154,7 +154,7 @@ static void a_recording_with_rows_missing_is_not_replayed(void **state)
     char out[FV_PATH_MAX];
     if (fv_config_load(&config, &(struct fv_config_request){0}, &error)) fail_msg("%s", error.text);
     snprintf(out, sizeof out, "%s/slow", program_folder());
-    if (fv_record_open(&config, stage, 1, out, &spooler, &error)) fail_msg("%s", error.text);
+    if (fv_record_open(&config, stage, 1, false, out, &spooler, &error)) fail_msg("%s", error.text);
     struct fv_pose head = {.rotation = {1, 0, 0, 0}};
     struct fv_gaze gaze = {.direction = {{0, 0, -1}, {0, 0, -1}}};
     for (int64_t i = 0; i < FV_RECORD_ROWS + 7; i++) {

@@ -1,0 +1,95 @@
+/* taps: bilinear lookups in an 8-bit picture (r, g, b, unused) by kernels; and tables over steps. */
+#ifndef FV_PASS_TAPS_H
+#define FV_PASS_TAPS_H
+
+#include "rt/trace/simd.h"
+
+/* The four pixels around places in a picture, two above two, and the place between them, 0 to 1. */
+struct fv_taps {
+    vi pixel[4];
+    vf right, down;
+};
+
+/* The pixels at `at` and to their right, and those a row below. */
+static FV_INLINE void fv_taps_gather(const uint32_t *picture, int stride, vi x, vi y, vi pixel[4])
+{
+    vi at = y * stride + x;
+    vi_gather_pairs(picture, at, &pixel[0], &pixel[1]);
+    vi_gather_pairs(picture + stride, at, &pixel[2], &pixel[3]);
+}
+
+#if FV_WIDTH > 4
+/* The words at `index` of a window, and those to their right. */
+static FV_INLINE void fv_taps_pick(const uint32_t *window, vi index, vi *first, vi *second)
+{
+    vi low = vi_load(window), high = vi_load(window + FV_WIDTH);
+    *first = vi_pick(low, high, index);
+    *second = vi_pick(low, high, index + 1);
+}
+
+/* The same from a window of 2 FV_WIDTH x 2 pixels, or x 3, where they all lie within one: neighbours nearly always do.
+ * A tenth of a gather's loads. False: they do not. */
+static FV_INLINE bool fv_taps_near(const uint32_t *picture, int stride, int width, vi x, vi y, vi pixel[4])
+{
+    int last = FV_WIDTH - 1, left = x[0] < x[last] ? x[0] : x[last], top = y[0] < y[last] ? y[0] : y[last];
+    left = left < width - 2 * FV_WIDTH ? left : width - 2 * FV_WIDTH;
+    if (left < 0) return false;
+    vi right = x - left, down = y - top;
+    if (vi_any((right < 0) | (right > 2 * FV_WIDTH - 2) | (down < 0) | (down > 1))) return false;
+    const uint32_t *window = picture + (int64_t)top * stride + left;
+    fv_taps_pick(window, right, &pixel[0], &pixel[1]);
+    fv_taps_pick(window + stride, right, &pixel[2], &pixel[3]);
+    vi lower = down > 0;
+    if (!vi_any(lower)) return true;
+    vi third[2];
+    fv_taps_pick(window + 2 * (int64_t)stride, right, &third[0], &third[1]);
+    for (int k = 0; k < 2; k++) {
+        pixel[k] = vi_select(lower, pixel[2 + k], pixel[k]);
+        pixel[2 + k] = vi_select(lower, third[k], pixel[2 + k]);
+    }
+    return true;
+}
+#else
+static FV_INLINE bool fv_taps_near(const uint32_t *picture, int stride, int width, vi x, vi y, vi pixel[4])
+{
+    (void)picture, (void)stride, (void)width, (void)x, (void)y, (void)pixel;
+    return false;
+}
+#endif
+
+/* Beyond the picture's border, the pixels there. At least 2 x 2 pixels; no NaN. */
+static FV_INLINE struct fv_taps fv_taps_at(const uint32_t *picture, int stride, int width, int height, vf px, vf py)
+{
+    struct fv_taps taps;
+    vf x = vf_clamp(px - 0.5f, 0, (float)(width - 1)), y = vf_clamp(py - 0.5f, 0, (float)(height - 1));
+    vf x0 = vf_min(vf_floor(x), vf_of((float)(width - 2))), y0 = vf_min(vf_floor(y), vf_of((float)(height - 2)));
+    vi ix = vi_from(x0), iy = vi_from(y0);
+    if (!fv_taps_near(picture, stride, width, ix, iy, taps.pixel)) fv_taps_gather(picture, stride, ix, iy, taps.pixel);
+    taps.right = x - x0;
+    taps.down = y - y0;
+    return taps;
+}
+
+#define FV_TAPS_ROOT vf_sqrt
+/* The channel at `shift` bits, rounded: of squares, as light adds up, so that edges stay in their place. */
+static FV_INLINE vi fv_taps_channel(const struct fv_taps *taps, int shift)
+{
+    vf tap[4];
+    for (int k = 0; k < 4; k++) {
+        tap[k] = vf_from((taps->pixel[k] >> shift) & 255);
+        tap[k] *= tap[k];
+    }
+    vf upper = tap[0] + (tap[1] - tap[0]) * taps->right, lower = tap[2] + (tap[3] - tap[2]) * taps->right;
+    return vi_from(FV_TAPS_ROOT(vf_max(upper + (lower - upper) * taps->down, vf_of(0))) + 0.5f);
+}
+
+/* Linear between table[i] and table[i + 1], at step i and a part. */
+static FV_INLINE vf fv_table_at(const float *table, vf step)
+{
+    vf whole = vf_floor(step), rest = step - whole;
+    vi i = vi_from(whole);
+    vf low = vf_gather(table, i), high = vf_gather(table, i + 1);
+    return low + (high - low) * rest;
+}
+
+#endif
