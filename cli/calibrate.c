@@ -10,6 +10,7 @@
 #include "platform/clock.h"
 #include "platform/heap.h"
 #include "platform/log.h"
+#include "platform/sandbox.h"
 #include "sensors/eye/look_feed.h"
 
 #include <math.h>
@@ -71,6 +72,8 @@ static int prepare(struct calibrate *c, const struct fv_arguments *a, struct fv_
 {
     if (fv_config_load(&c->config, &a->request, error)) return -1;
     fv_arena_limit(fv_arena(), (size_t)c->config.budget_memory_mb << 20);
+    fv_sandbox_ask(strcmp(c->config.threads_sandbox, "on") == 0);
+    fv_sandbox_keep_console(strcmp(c->config.display_sink, "kms") == 0);
     if (fv_look_feed_open(&c->feed, &c->config, error)) return -1;
     struct fv_calibrator_settings settings = {
         .eyes = c->feed.eyes,
@@ -90,6 +93,16 @@ static int prepare(struct calibrate *c, const struct fv_arguments *a, struct fv_
     struct fv_error late;
     fv_display_close(c->display, &late);
     return -1;
+}
+
+/* As a run does, once all is open: what is left to be opened lies in OUT. */
+static void give_up_rights(const struct calibrate *c, const char *out)
+{
+    static struct fv_workers alone;
+    struct fv_error said;
+    if (strcmp(c->config.threads_sandbox, "on") != 0) return;
+    fv_workers_start(&alone, 1);
+    if (fv_sandbox_seal(&alone, out, &said)) fv_log("threads.sandbox: refused: %s; it goes on without", said.text);
 }
 
 /* The target of a row as it is at a time. */
@@ -179,6 +192,7 @@ int fv_verb_calibrate(const struct fv_arguments *a)
         fv_log("%s", error.text);
         return FV_EXIT_UNUSABLE;
     }
+    give_up_rights(&c, a->out);
     fv_heap_seal(strcmp(c.config.threads_sealed_heap, "fatal") == 0);
     gather(&c);
     if (stopped) {

@@ -14,7 +14,10 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { CAMERA_NS = 700000000 }; /* frames of a camera are counted for so long */
+enum {
+    CAMERA_NS = 700000000, /* frames of a camera are counted for so long ... */
+    CAMERA_FIRST = 3       /* ... from this one on: the first may be older, or have a number that does not go on */
+};
 
 static bool cameras_asked(const struct fv_config *config)
 {
@@ -31,11 +34,11 @@ static bool imu_asked(const struct fv_config *config)
     return strcmp(config->imu_source, "usb") == 0;
 }
 
-/* Frames a second that come, over CAMERA_NS; 0 where fewer than two do. */
+/* Frames a second that come, over CAMERA_NS; 0 where too few do. */
 static double measure_rate(struct fv_camera *camera)
 {
     struct fv_camera_frame frame;
-    int64_t first_ns = 0, newest_ns = 0, frames = 0;
+    int64_t first_ns = 0, newest_ns = 0, frames = 0, came = 0;
     int64_t until_ns = camera->io->now_ns(camera->io->context) + CAMERA_NS, now_ns;
     size_t bytes = fv_camera_grey_bytes(camera);
     fv_camera_lend(camera, fv_arena_take(fv_arena(), "check", bytes, 64), bytes);
@@ -45,9 +48,9 @@ static double measure_rate(struct fv_camera *camera)
         if (fv_camera_step(camera, ready, &frame) != FV_CAMERA_FRAME) continue;
         frames = camera->counts.frames + camera->counts.skipped + camera->counts.gaps;
         newest_ns = frame.t_ns;
-        if (first_ns == 0) first_ns = newest_ns, camera->counts = (struct fv_camera_counts){0};
+        if (++came <= CAMERA_FIRST) first_ns = newest_ns, camera->counts = (struct fv_camera_counts){0};
     }
-    return newest_ns > first_ns ? (double)frames * 1e9 / (double)(newest_ns - first_ns) : 0;
+    return came > CAMERA_FIRST && newest_ns > first_ns ? (double)frames * 1e9 / (double)(newest_ns - first_ns) : 0;
 }
 
 static void look_at_camera(struct fv_check *c, const struct fv_config *config, const char *what, const char *key,

@@ -227,6 +227,9 @@ static void write_sensors(const struct fv_session *s)
         integer(",", "errors", s->camera_errors);
         integer(",", "lost", s->camera_lost);
         integer(",", "restarts", s->camera_restarts);
+        integer(",", "no_pupil", s->eye_no_pupil);
+        integer(",", "unsure", s->eye_unsure);
+        integer(",", "blinks", s->eye_blinks);
         number(",", "latency_ms_mean", s->camera_ms_mean);
         number(",", "latency_ms_most", s->camera_ms_most);
         fv_writer_print(&out, "}");
@@ -238,10 +241,21 @@ static void write_sensors(const struct fv_session *s)
     integer(",", "readings", s->imu_readings);
     integer(",", "lost", s->imu_lost);
     integer(",", "reconnects", s->imu_reconnects);
+    integer(",", "repeated", s->imu_repeated);
+    integer(",", "clock_restarts", s->imu_clock_restarts);
+    integer(",", "mistimed", s->imu_mistimed);
+    integer(",", "bad", s->imu_bad);
+    integer(",", "stuck", s->imu_stuck);
+    integer(",", "saturated", s->imu_saturated);
     fv_writer_print(&out, "}");
     key(",\n", "tape");
     integer("{", "rows", s->tape_rows);
     integer(",", "dropped", s->tape_dropped);
+    integer(",", "cut", s->tape_cut);
+    fv_writer_print(&out, "}");
+    key(",\n", "pictures");
+    integer("{", "taken", s->pictures);
+    integer(",", "failed", s->pictures_failed);
     fv_writer_print(&out, "}");
 }
 

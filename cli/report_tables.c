@@ -161,6 +161,19 @@ static void add_lines(struct fv_writer *out, const struct fv_session_gpio *g)
     if (g->vsync_hz > 0) add_fact(out, "vertical syncs a second", fv_shown_fixed(g->vsync_hz, 2).text, " Hz");
 }
 
+/* Cameras of the eyes, where they are the source. */
+static void add_cameras(struct fv_writer *out, const struct fv_session *s)
+{
+    const struct counter rows[] = {{"frames of the eye cameras", s->camera_frames, false},
+                                   {"frames that they lost or spoiled", s->camera_gaps + s->camera_rejected, true},
+                                   {"times a camera was lost", s->camera_lost, true},
+                                   {"times it came back", s->camera_restarts, false},
+                                   {"frames without a pupil", s->eye_no_pupil, false},
+                                   {"frames with a doubtful one", s->eye_unsure, false},
+                                   {"times the eyes were lost to sight", s->eye_blinks, false}};
+    if (s->cameras > 0) add_counters(out, rows, sizeof rows / sizeof rows[0]);
+}
+
 void fv_report_sealed(struct fv_report_page *page)
 {
     const struct fv_session *s = page->session;
@@ -171,12 +184,18 @@ void fv_report_sealed(struct fv_report_page *page)
                                    {"head samples", s->imu_samples, false},
                                    {"head samples rejected", s->imu_rejected, true},
                                    {"head samples lost by the device", s->imu_lost, true},
-                                   {"times the device came again", s->imu_reconnects, true}};
+                                   {"times the device came again", s->imu_reconnects, true},
+                                   {"its readings that cannot be", s->imu_bad + s->imu_stuck + s->imu_mistimed, true},
+                                   {"its readings at full scale", s->imu_saturated, true},
+                                   {"rows that were not recorded", s->tape_dropped, true},
+                                   {"recordings that are not whole", s->tape_cut, true},
+                                   {"pictures that could not be written", s->pictures_failed, true}};
     fv_section_open(page->out, "Counters", NULL);
     fv_table_open(page->out, "counters",
                   "<th scope=\"col\">of the session</th><th scope=\"col\" class=\"n\">count</th>");
     add_counters(page->out, rows, sizeof rows / sizeof rows[0]);
     add_fact(page->out, "gaze latency, median", fv_shown_fixed(s->gaze_latency_ms_p50, 2).text, " ms");
+    add_cameras(page->out, s);
     add_display(page->out, &s->display);
     add_lines(page->out, &s->gpio);
     fv_table_close(page->out);

@@ -86,7 +86,10 @@ static void present(void *context, const struct fv_frame *f)
                                      .stride_bytes = 4 * f->stride,
                                      .pixels = {f->buffer[FV_PICTURE][0], f->buffer[FV_PICTURE][1]}};
     r->pictured = true;
-    if (fv_display_present(r->display, &r->picture, f->number, &error)) {
+    bool failed = fv_display_present(r->display, &r->picture, f->number, &error) != 0;
+    r->setup.session.pictures += !failed;
+    r->setup.session.pictures_failed += failed;
+    if (failed) {
         fv_log("%s: no more pictures are written, the run goes on", error.text);
         r->exit_code = FV_EXIT_NOT_HELD;
     }
@@ -315,6 +318,12 @@ static void fill_session(struct run *r)
     s->imu_readings = counts.imu_readings;
     s->imu_lost = counts.imu_lost;
     s->imu_reconnects = counts.imu_reconnects;
+    s->imu_repeated = counts.imu.repeated;
+    s->imu_clock_restarts = counts.imu.clock_restarts;
+    s->imu_mistimed = counts.imu.mistimed;
+    s->imu_bad = counts.imu.bad;
+    s->imu_stuck = counts.imu.stuck;
+    s->imu_saturated = counts.imu.saturated;
     s->cameras = counts.camera.cameras;
     s->camera_frames = counts.camera.frames;
     s->camera_skipped = counts.camera.skipped;
@@ -324,6 +333,9 @@ static void fill_session(struct run *r)
     s->camera_errors = counts.camera.errors;
     s->camera_lost = counts.camera.lost;
     s->camera_restarts = counts.camera.restarts;
+    s->eye_no_pupil = counts.camera.no_pupil;
+    s->eye_unsure = counts.camera.unsure;
+    s->eye_blinks = counts.camera.blinks;
     s->camera_ms_mean = counts.camera.latency_ms_mean;
     s->camera_ms_most = counts.camera.latency_ms_most;
     fill_devices(r);
@@ -362,8 +374,12 @@ static void write_reports(struct run *r, const char *out)
     const struct fv_config *c = &r->setup.config;
     char path[FV_PATH_MAX + 16];
     struct fv_error error;
-    note(r, fv_record_close(s->frames, out, &error), &error);
-    note(r, fv_sensors_record_end(r->setup.sensors, &error), &error);
+    int cut = fv_record_close(s->frames, out, &error);
+    note(r, cut, &error);
+    r->setup.session.tape_cut = cut != 0;
+    cut = fv_sensors_record_end(r->setup.sensors, &error);
+    note(r, cut, &error);
+    r->setup.session.tape_cut += cut != 0;
     snprintf(path, sizeof path, "%s/report.json", out);
     note(r, fv_report_json(s, c, path, &error), &error);
     note(r, fv_frames_csv_close(&error), &error);

@@ -368,6 +368,7 @@ struct fv_sensors_counts fv_sensors_counts(const struct fv_sensors *s)
     counts.imu_readings = of.samples;
     counts.imu_lost = of.lost;
     counts.imu_reconnects = of.connects - 1;
+    counts.imu = (struct fv_imu_insane){of.repeated, of.restarts, of.mistimed, of.bad, of.stuck, of.saturated};
     return counts;
 }
 

@@ -44,10 +44,16 @@ struct fv_sensors; /* opaque, in the arena */
 struct fv_sensors_counts {
     int64_t gaze_samples, gaze_lost, imu_samples, imu_rejected;
     int64_t imu_readings, imu_lost, imu_reconnects; /* of a device */
+    struct fv_imu_insane {      /* of its samples; fusion.h and devices.h say more */
+        int64_t repeated;       /* not later than the one before, by its clock */
+        int64_t clock_restarts; /* its clock began anew, or jumped */
+        int64_t mistimed, bad, stuck, saturated;
+    } imu;
     struct fv_eye_camera_counts {
         int cameras; /* real ones; 0: all else is 0 */
         int64_t frames, skipped, gaps, rejected, untimed, errors, lost, restarts; /* of all together; v4l2.h */
-        double latency_ms_mean, latency_ms_most;                 /* from a frame in memory to its gaze */
+        int64_t no_pupil, unsure, blinks;        /* watch.h */
+        double latency_ms_mean, latency_ms_most; /* from a frame in memory to its gaze */
     } camera;
 };
 

@@ -69,13 +69,17 @@ struct fv_session {
     struct fv_frame_record *record;
     /* Sensors and memory, at the end. */
     int64_t gaze_samples, gaze_lost, imu_samples, imu_rejected;
-    int64_t imu_readings, imu_lost, imu_reconnects; /* of a device */
+    int64_t imu_readings, imu_lost, imu_reconnects; /* of a device; of its samples: */
+    int64_t imu_repeated, imu_clock_restarts, imu_mistimed, imu_bad, imu_stuck, imu_saturated;
     double gaze_latency_ms_p50;
     int cameras; /* of the eyes; 0: no camera is the source of gaze, and all of them below are 0 */
     int64_t camera_frames, camera_skipped, camera_gaps, camera_rejected, camera_untimed, camera_errors;
     int64_t camera_lost, camera_restarts;
+    int64_t eye_no_pupil, eye_unsure, eye_blinks; /* frames without a pupil, with a doubtful one; eyes lost to sight */
     double camera_ms_mean, camera_ms_most; /* from a frame in memory to its gaze */
     int64_t tape_rows, tape_dropped; /* recorded, and not: the disk was slow or failed */
+    int tape_cut; /* recordings that are not whole: what was latched, what devices gave */
+    int64_t pictures, pictures_failed; /* that the sink took; that it could not, and took no more */
     int64_t heap_calls, memory_syscalls;
     struct fv_session_display { /* a display of the machine; no mode: there is none, and all is 0 */
         char mode[128];

@@ -173,6 +173,9 @@ void fv_camera_source_counts(struct fv_camera_source *s, struct fv_eye_camera_co
         counts->lost += c->lost;
         counts->restarts += c->restarts;
     }
+    counts->no_pupil = tally.unseen.no_pupil;
+    counts->unsure = tally.unseen.unsure;
+    counts->blinks = tally.unseen.blinks;
     if (tally.latency.frames > 0)
         counts->latency_ms_mean = 1e-6 * (double)tally.latency.sum_ns / (double)tally.latency.frames;
     counts->latency_ms_most = 1e-6 * (double)tally.latency.most_ns;

@@ -82,7 +82,9 @@ static void combine(struct fv_watch *w, const struct fv_eye_look *left, const st
                     int64_t arrived_ns)
 {
     struct fv_gaze_sample sample;
+    bool blinked = w->binocular.event == FV_EVENT_BLINK;
     if (!fv_binocular_add(&w->binocular, left, right, &sample)) return;
+    w->unseen.blinks += w->binocular.event == FV_EVENT_BLINK && !blinked;
     publish(w, &sample);
     int64_t took_ns = w->io->now_ns(w->io->context) - arrived_ns;
     w->latency.frames++;
@@ -117,6 +119,9 @@ void fv_watch_round(struct fv_watch *w, int64_t timeout_ns)
         changed = changed || event != FV_CAMERA_NOTHING;
         if (event != FV_CAMERA_FRAME && event != FV_CAMERA_BACK) continue;
         fv_eye_tracker_frame(&w->tracker[i], &frame.grey, frame.t_ns, &look[i]);
+        bool pupil = look[i].confidence >= FV_PUPIL_CONFIDENT;
+        w->unseen.no_pupil += !pupil;
+        w->unseen.unsure += pupil && !look[i].seen;
         struct fv_frame_recorder *recorder = atomic_load_explicit(&w->recorder, memory_order_acquire);
         if (recorder) fv_frame_recorder_put(recorder, i, frame.t_ns, &frame.grey);
         if (w->looked) w->looked(w->looked_context, i, &look[i]);
@@ -127,7 +132,7 @@ void fv_watch_round(struct fv_watch *w, int64_t timeout_ns)
     if (any[0] || any[1]) combine(w, any[0] ? &look[0] : NULL, any[1] ? &look[1] : NULL, arrived_ns);
     record_looks(w, any, look, arrival_ns);
     if (!changed) return;
-    struct fv_watch_tally tally = {.latency = w->latency};
+    struct fv_watch_tally tally = {.latency = w->latency, .unseen = w->unseen};
     for (int i = 0; i < w->cameras; i++) tally.camera[i] = w->camera[i].counts;
     fv_mailbox_put(&w->tally, &tally, sizeof tally);
 }

@@ -37,10 +37,18 @@ struct fv_watch_latency {
     int64_t frames, sum_ns, most_ns;
 };
 
+/* Frames, of all cameras together, that told no gaze, and how often the eyes were lost to sight. */
+struct fv_watch_unseen {
+    int64_t no_pupil; /* nothing in them is a pupil: lids closed, headset off */
+    int64_t unsure;   /* a pupil that is less certain than the settings ask, or much narrower than it was */
+    int64_t blinks;   /* of the eyes together, also those that last */
+};
+
 /* What the cameras have done so far. */
 struct fv_watch_tally {
     struct fv_camera_counts camera[FV_WATCH_CAMERAS];
     struct fv_watch_latency latency;
+    struct fv_watch_unseen unseen;
 };
 
 struct fv_watch {
@@ -52,6 +60,7 @@ struct fv_watch {
     struct fv_binocular binocular;
     struct fv_watch_news news;
     struct fv_watch_latency latency;
+    struct fv_watch_unseen unseen;
     struct fv_frame_recorder *_Atomic recorder; /* NULL: frames are not recorded */
     struct fv_eye_recorder *_Atomic looks;      /* NULL: nor is what they tell */
     struct fv_mailbox mailbox, tally;

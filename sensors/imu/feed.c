@@ -18,6 +18,10 @@ static void publish(struct fv_imu_feed *f)
     c->restarts = past->restarts + now->restarts;
     c->foreign = past->other + now->other;
     c->rejected = fused->mistimed + fused->bad + fused->stuck;
+    c->mistimed = fused->mistimed;
+    c->bad = fused->bad;
+    c->stuck = fused->stuck;
+    c->saturated = fused->saturated;
     f->state.connected = f->phase == FV_IMU_STREAMING;
     fv_mailbox_put(&f->box, &f->state, sizeof f->state);
 }

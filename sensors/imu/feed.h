@@ -62,7 +62,8 @@ struct fv_imu_feed_counts {
     int64_t connects;                       /* the port was opened; all but the first are reconnects */
     int64_t reports, samples;               /* as devices.h counts them; of all connections */
     int64_t repeated, lost, restarts;
-    int64_t rejected;                       /* samples: mistimed, bad or stuck (fusion.h) */
+    int64_t rejected;                       /* samples: mistimed, bad or stuck (fusion.h) ... */
+    int64_t mistimed, bad, stuck, saturated; /* ... and these one by one; a saturated one is taken all the same */
     int64_t foreign;                        /* reports that are none of the device's, short ones too */
     int64_t empty, too_long, stalls, failures, refused, silences;
     int64_t untold;                         /* commands that the device did not take */

@@ -106,6 +106,10 @@ static void frames_become_samples(void **state)
         fv_watch_round(watch, 100 * ms);
         assert_true(fv_watch_read(watch, &news) && !news.sample[news.samples - 1].valid);
     }
+    struct fv_watch_tally tally;
+    assert_true(fv_watch_count(watch, &tally) && tally.unseen.no_pupil >= 5 && tally.unseen.no_pupil <= 7);
+    assert_int_equal(tally.unseen.unsure, 0);
+    assert_true(tally.unseen.blinks >= 1 && tally.unseen.blinks <= 2);
     fv_watch_round(watch, 100 * ms); /* no frame: nothing new */
     assert_true(fv_watch_read(watch, &news) && fake.t_ns - news.sample[news.samples - 1].t_ns > 50 * ms);
     fv_watch_stop(watch);

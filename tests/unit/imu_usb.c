@@ -228,6 +228,7 @@ static void absurd(void **state)
     s = got();
     struct fv_pose head;
     assert_true(s.counts.rejected > 700 && s.t_ns < host.now_ns - 500 * ms);
+    assert_true(s.counts.stuck == s.counts.rejected && s.counts.bad == 0 && s.counts.mistimed == 0);
     for (int i = 0; i < 3; i++) assert_true(s.rate[i] == 0); /* held, not turned on */
     assert_false(fv_imu_head(&s, &(struct fv_neck){0}, true, host.now_ns, 0, &head));
     assert_false(fv_pose_sound(&head));

@@ -76,9 +76,34 @@ static void what_lines_did(void **state)
     expect(report_of("lines.html"), "vertical syncs a second", false);
 }
 
+/* Each fault has a counter of its own, in both reports. */
+static void what_went_wrong(void **state)
+{
+    (void)state;
+    begin();
+    session.cameras = 1;
+    session.eye_no_pupil = 4001, session.eye_unsure = 4002, session.eye_blinks = 4003;
+    session.imu_repeated = 4004, session.imu_clock_restarts = 4005, session.imu_mistimed = 4006, session.imu_bad = 4007;
+    session.imu_stuck = 4008, session.imu_saturated = 4009;
+    session.tape_dropped = 4010, session.tape_cut = 2;
+    session.pictures = 4011, session.pictures_failed = 1;
+    const char *text = report_of("faults.json");
+    static const char *const json[] = {"\"no_pupil\":4001,\"unsure\":4002,\"blinks\":4003",
+                                       "\"repeated\":4004,\"clock_restarts\":4005,\"mistimed\":4006,\"bad\":4007,",
+                                       "\"stuck\":4008,\"saturated\":4009}", "\"dropped\":4010,\"cut\":2}",
+                                       "\"pictures\":{\"taken\":4011,\"failed\":1}"};
+    for (unsigned i = 0; i < sizeof json / sizeof json[0]; i++) expect(text, json[i], true);
+    text = report_of("faults.html");
+    static const char *const html[] = {"<span>4001</span>", "<span>4002</span>", "<span>4003</span>", "<b>12021</b>",
+                                       "<b>4009</b>", "<b>4010</b>", "<b>2</b>", "<b>1</b>"};
+    for (unsigned i = 0; i < sizeof html / sizeof html[0]; i++) expect(text, html[i], true);
+    session.cameras = 0;
+    expect(report_of("faults.html"), "frames without a pupil", false);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(nothing_of_what_is_not_used), cmocka_unit_test(what_a_display_did),
-                                       cmocka_unit_test(what_lines_did)};
+                                       cmocka_unit_test(what_lines_did), cmocka_unit_test(what_went_wrong)};
     return cmocka_run_group_tests(tests, NULL, program_clean);
 }

@@ -382,6 +382,8 @@ static const char *const whole[] = {
     "run " SMALL "--frames 4 --out camera --set eye.source=sim-camera",
     "run " SMALL "--frames 4 --out fatal --set threads.sealed_heap=fatal --set output.overlay=on",
     "replay whole --out again",
+    "calibrate --points 5 --out calibrated --set eye.source=sim-camera --set eye.width=160 --set eye.height=120 --set display.sink=none "
+    "--set output.eye_frames=on",
     "run " SMALL "--frames 4 --out off --set threads.sandbox=off",
 };
 
