@@ -98,7 +98,8 @@ double fv_bend_fringe(const struct fv_bend *b, int channel, double r)
     return fv_bend_radius(b, fmax(0, t * (b->channel[channel].c0 + b->channel[channel].c1 * r * r))) / r;
 }
 
-/* The extremes of how it stretches, and of pixels' angles, from the axis to `most`. */
+/* The extremes of how it stretches, and of pixels' angles, from the axis to `most`. (Not as fmax(most, fmax(a, b)), on
+ * which GCC 12 for arm64 breaks.) */
 static void set_extremes(struct fv_bend *b, const double k[FV_LENS_TERMS])
 {
     double least = 1, widest = 1, angle = 1;
