@@ -231,7 +231,8 @@ static void judge(struct dealt *d, enum fault_group group, int64_t now_ns)
     if (grown < d->n)
         watch_fail("%s: %d times, but its counter grew by %lld", d->fault->name, d->n, (long long)grown);
     if (back_ns == 0) watch_fail("%s: not back %g s after it was put right", d->fault->name, grace_s[group]);
-    else if (watch_fresh_ns(group) < watch_fresh_ns(FAULT_MACHINE) - (int64_t)(0.3 * second)) watch_fail("%s: back, but not for good", d->fault->name);
+    else if (watch_fresh_ns(group) < watch_fresh_ns(FAULT_MACHINE) - (int64_t)(0.3 * second))
+        watch_fail("%s: back, but not for good", d->fault->name);
     else if (took_s > t->slowest_s) t->slowest_s = took_s;
     d->phase = QUIET;
     d->next_ns = now_ns + (int64_t)(random_between(&dice, 0.5, gap_s) * second);
