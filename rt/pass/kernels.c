@@ -44,7 +44,7 @@
     void fv_halve_##isa(const uint32_t *, const uint32_t *, uint32_t *, int);                                    \
     void fv_double_row_##isa(const uint32_t *, const uint32_t *, uint32_t *, int);                              \
     void fv_fringe_##isa(const struct fv_fringe_row *);                                                          \
-    void fv_turn_##isa(const struct fv_turn_row *);                                                              \
+    void fv_turn_##isa(const struct fv_turn_square *);                                                           \
     void fv_pixel_present_##isa(const uint32_t *, uint8_t *, int);
 /* Rows of the coarsest tiles are 8 pixels: `narrow` are kernels that take no more at a time. */
 #define ROW(trace_, paths_, isa, narrow)                                                                         \

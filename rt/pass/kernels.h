@@ -23,7 +23,7 @@ struct fv_atrous;         /* rt/pass/atrous.h */
 struct fv_variances;      /* rt/pass/denoise.h */
 struct fv_accumulate;     /* rt/pass/accumulate.h */
 struct fv_fringe_row;     /* rt/pass/fringe.h */
-struct fv_turn_row;       /* rt/pass/turn.h */
+struct fv_turn_square;    /* rt/pass/turn.h */
 
 struct fv_kernels {
     /* Traces and shades samples [0, count); seed: changes the random numbers of sampled light.
@@ -122,7 +122,7 @@ struct fv_kernels {
     void (*fringe)(const struct fv_fringe_row *row);
 
     /* A late picture's pixels by the newest head; see turn.h. */
-    void (*turn)(const struct fv_turn_row *row);
+    void (*turn)(const struct fv_turn_square *square);
 };
 
 /* Those that can show every scene. */

@@ -70,7 +70,6 @@ static FV_INLINE struct fv_taps fv_taps_at(const uint32_t *picture, int stride, 
     return taps;
 }
 
-#define FV_TAPS_ROOT vf_sqrt
 /* The channel at `shift` bits, rounded: of squares, as light adds up, so that edges stay in their place. */
 static FV_INLINE vi fv_taps_channel(const struct fv_taps *taps, int shift)
 {
@@ -80,7 +79,7 @@ static FV_INLINE vi fv_taps_channel(const struct fv_taps *taps, int shift)
         tap[k] *= tap[k];
     }
     vf upper = tap[0] + (tap[1] - tap[0]) * taps->right, lower = tap[2] + (tap[3] - tap[2]) * taps->right;
-    return vi_from(FV_TAPS_ROOT(vf_max(upper + (lower - upper) * taps->down, vf_of(0))) + 0.5f);
+    return vi_from(vf_sqrt(vf_max(upper + (lower - upper) * taps->down, vf_of(0))) + 0.5f);
 }
 
 /* Linear between table[i] and table[i + 1], at step i and a part. */

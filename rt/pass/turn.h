@@ -25,7 +25,7 @@
 enum { FV_UNBEND_STEPS = 1024 };
 struct fv_unbend {
     float per_unit; /* steps of a whole 1 - cos */
-    float edge;     /* r: no lookups beyond */
+    float edge;     /* r: no lookups beyond; 1e6: nothing is unseen */
     float ratio[FV_UNBEND_STEPS + 2];
 };
 
@@ -43,16 +43,19 @@ struct fv_frame;
  * that shows (fv_map_still), by more than FV_TURN_MOST_DEG, or is none. */
 bool fv_turn_set(struct fv_frame *frame, const struct fv_pose *head);
 
-/* `count` pixels of row y from x on, 8-bit r, g, b, 255; a multiple of 16, padded in `to`. */
-struct fv_turn_row {
+/* The square of FV_TURN_SIDE pixels a side at (x, y), 8-bit r, g, b, 255. What its pixels look up is interpolated by
+ * squares of x and y between 3 x 3 of them that go all the way above, where that is to a 64th of a pixel at four more;
+ * else each goes all the way. */
+enum { FV_TURN_SIDE = 32 };
+struct fv_turn_square {
     const struct fv_bend *bend;
     const struct fv_unbend *unbend;
     const struct fv_fringe *fringe; /* NULL: the channels stay together */
     const float (*m)[3];
     const uint32_t *from;           /* the whole picture */
-    uint32_t *to;                   /* the row's, from x on */
-    int stride, width, height;      /* of `from`: at least 2 x 2 */
-    int x, y, count;
+    uint32_t *to;                   /* likewise */
+    int stride, width, height;      /* of both; at least 2 x 2 */
+    int x, y;
 };
 
 #endif

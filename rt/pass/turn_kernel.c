@@ -1,77 +1,208 @@
-/* turn_kernel: a row of a turned picture; see turn.h. */
+/* turn_kernel: a square of a turned picture; see turn.h. */
 #include "rt/pass/taps.h"
 #include "rt/pass/turn.h"
 
+#include <math.h>
+
 #define turn FV_ISA_NAME(fv_turn)
-void turn(const struct fv_turn_row *row);
+void turn(const struct fv_turn_square *square);
 
-/* What lies nearly abeam of the rendered view, or behind it, counts as this far ahead: far beyond its picture's edge. */
-static const float least_ahead = 1 / 64.0f;
+/* What lies nearly abeam of the rendered view, or behind it, counts as this far ahead: far beyond its picture's edge.
+ * Squares of places that lie as far off anywhere, or as much beside what squares of u and v say, are not interpolated. */
+static const float least_ahead = 1 / 64.0f, farthest_px = 65536, beside_px = 1 / 64.0f;
 
-/* Display's pixels to straight coordinates. */
-static FV_INLINE void straighten(const struct fv_bend *b, vf *x, vf *y)
+/* What the rendered picture shows in the direction of places of the turned one, pixel by pixel; `channel`: 0 red, 1 blue, -1
+ * green. */
+static FV_INLINE void look_up_each(const struct fv_turn_square *s, int channel, vf x, vf y, vf *to_x, vf *to_y)
 {
-    vf dx = *x - b->centre[0], dy = *y - b->centre[1], u = dx * b->step[0], v = dy * b->step[1];
-    vf q = vf_min(u * u + v * v, vf_of(b->most * b->most));
-    vf scale = 1.0f + q * (b->k[0] + q * (b->k[1] + q * b->k[2]));
-    *x = b->centre[0] + dx * scale;
-    *y = b->centre[1] + dy * scale;
+    const struct fv_bend *b = s->bend;
+    const float(*m)[3] = s->m;
+    vf dx = x - b->centre[0], dy = y - b->centre[1], u = dx * b->step[0], v = dy * b->step[1], ratio = vf_of(1);
+    if (channel >= 0) ratio = fv_table_at(s->fringe->ratio[channel], vf_clamp((u * u + v * v) * s->fringe->per_square, 0, (float)FV_LENS_STEPS));
+    if (b->on) {
+        vf q = vf_min((u * u + v * v) * ratio * ratio, vf_of(b->most * b->most));
+        ratio *= 1.0f + q * (b->k[0] + q * (b->k[1] + q * b->k[2]));
+        x = b->centre[0] + dx * ratio;
+        y = b->centre[1] + dy * ratio;
+    }
+    vf over = vf_reciprocal(vf_max(m[2][0] * x + m[2][1] * y + m[2][2], vf_of(least_ahead)));
+    *to_x = (m[0][0] * x + m[0][1] * y + m[0][2]) * over;
+    *to_y = (m[1][0] * x + m[1][1] * y + m[1][2]) * over;
+    if (!b->on) return;
+    dx = *to_x - b->centre[0], dy = *to_y - b->centre[1], u = dx * b->step[0], v = dy * b->step[1];
+    ratio = fv_table_at(s->unbend->ratio, vf_clamp((1.0f - vf_rsqrt(1.0f + u * u + v * v)) * s->unbend->per_unit, 0, (float)FV_UNBEND_STEPS));
+    *to_x = b->centre[0] + dx * ratio;
+    *to_y = b->centre[1] + dy * ratio;
 }
 
-/* And back, no farther out than the edge. */
-static FV_INLINE void unbend(const struct fv_bend *b, const struct fv_unbend *table, vf *x, vf *y)
+/* Places that a square's pixels look up: at (u, v) from its middle, in halves of a side,
+ * p[0] + p[1] u + p[2] u^2, each of these likewise over v. */
+struct places {
+    float x[3][3], y[3][3];
+};
+
+static float step_at(const float *table, float step, int steps)
 {
-    vf dx = *x - b->centre[0], dy = *y - b->centre[1], u = dx * b->step[0], v = dy * b->step[1], square = u * u + v * v;
-    vf step = vf_clamp((1.0f - vf_rsqrt(1.0f + square)) * table->per_unit, 0, (float)FV_UNBEND_STEPS);
-    vf ratio = vf_min(fv_table_at(table->ratio, step), table->edge * vf_rsqrt(vf_max(square, vf_of(1e-12f))));
+    int i = step > 0 ? step < (float)steps ? (int)step : steps : 0;
+    float rest = step > 0 && i < steps ? step - (float)i : 0;
+    return table[i] + (table[i + 1] - table[i]) * rest;
+}
+
+/* The same of one place. False: there, or where it is looked up, the lens goes on otherwise than where pixels are traced. */
+static bool look_up(const struct fv_turn_square *s, int channel, float x, float y, float to[2])
+{
+    const struct fv_bend *b = s->bend;
+    const float(*m)[3] = s->m;
+    float at[2] = {x, y}, square = b->most * b->most;
+    if (channel >= 0) {
+        float ratio = step_at(s->fringe->ratio[channel], fv_bend_square(b, x, y) * s->fringe->per_square, FV_LENS_STEPS);
+        at[0] = b->centre[0] + (x - b->centre[0]) * ratio;
+        at[1] = b->centre[1] + (y - b->centre[1]) * ratio;
+    }
+    if (b->on && !(fv_bend_square(b, x, y) < square && fv_bend_square(b, at[0], at[1]) < square)) return false;
+    if (b->on) fv_bend_straight(b, at[0], at[1], at);
+    float over = 1 / fmaxf(m[2][0] * at[0] + m[2][1] * at[1] + m[2][2], least_ahead);
+    to[0] = (m[0][0] * at[0] + m[0][1] * at[1] + m[0][2]) * over;
+    to[1] = (m[1][0] * at[0] + m[1][1] * at[1] + m[1][2]) * over;
+    if (b->on) {
+        float cosine = 1 / sqrtf(1 + fv_bend_square(b, to[0], to[1])), ratio = step_at(s->unbend->ratio, (1 - cosine) * s->unbend->per_unit, FV_UNBEND_STEPS);
+        for (int i = 0; i < 2; i++) to[i] = b->centre[i] + (to[i] - b->centre[i]) * ratio;
+        if (!(fv_bend_square(b, to[0], to[1]) < square)) return false;
+    }
+    return fabsf(to[0]) < farthest_px && fabsf(to[1]) < farthest_px;
+}
+
+/* Of values at -1, 0 and 1. */
+static void fit(const float at[3], float p[3])
+{
+    p[0] = at[1];
+    p[1] = 0.5f * (at[2] - at[0]);
+    p[2] = 0.5f * (at[2] + at[0]) - at[1];
+}
+
+/* The coefficients over u in the row at v. */
+static void place_row(const struct places *p, float v, float x[3], float y[3])
+{
+    for (int i = 0; i < 3; i++) {
+        x[i] = p->x[i][0] + v * (p->x[i][1] + v * p->x[i][2]);
+        y[i] = p->y[i][0] + v * (p->y[i][1] + v * p->y[i][2]);
+    }
+}
+
+/* False: they are to be looked up pixel by pixel. */
+static bool place_all(const struct fv_turn_square *s, int channel, struct places *p)
+{
+    const float half = FV_TURN_SIDE / 2;
+    float x[3][3], y[3][3], to[2];
+    for (int j = 0; j < 3; j++) {
+        float across[3], down[3];
+        for (int i = 0; i < 3; i++) {
+            if (!look_up(s, channel, (float)s->x + half * (float)i, (float)s->y + half * (float)j, to)) return false;
+            across[i] = to[0];
+            down[i] = to[1];
+        }
+        fit(across, x[j]);
+        fit(down, y[j]);
+    }
+    for (int i = 0; i < 3; i++) {
+        fit((const float[3]){x[0][i], x[1][i], x[2][i]}, p->x[i]);
+        fit((const float[3]){y[0][i], y[1][i], y[2][i]}, p->y[i]);
+    }
+    for (int k = 0; k < 4; k++) {
+        float u = k & 1 ? 0.5f : -0.5f, v = k & 2 ? 0.5f : -0.5f, px[3], py[3];
+        if (!look_up(s, channel, (float)s->x + half * (1 + u), (float)s->y + half * (1 + v), to)) return false;
+        place_row(p, v, px, py);
+        if (!(fabsf(px[0] + u * (px[1] + u * px[2]) - to[0]) < beside_px && fabsf(py[0] + u * (py[1] + u * py[2]) - to[1]) < beside_px)) return false;
+    }
+    return true;
+}
+
+/* No farther out than the edge of what is seen. */
+static FV_INLINE void stay_within(const struct fv_bend *b, float edge, vf *x, vf *y)
+{
+    vf dx = *x - b->centre[0], dy = *y - b->centre[1], u = dx * b->step[0], v = dy * b->step[1];
+    vf ratio = vf_min(edge * vf_rsqrt(vf_max(u * u + v * v, vf_of(1e-12f))), vf_of(1));
     *x = b->centre[0] + dx * ratio;
     *y = b->centre[1] + dy * ratio;
 }
 
-/* What the rendered picture shows in the direction of places of the turned one. */
-static FV_INLINE struct fv_taps look_up(const struct fv_turn_row *r, bool bent, vf x, vf y)
+static FV_INLINE struct fv_taps taps_at(const struct fv_turn_square *s, bool masks, vf x, vf y)
 {
-    const float(*m)[3] = r->m;
-    if (bent) straighten(r->bend, &x, &y);
-    vf over = vf_reciprocal(vf_max(m[2][0] * x + m[2][1] * y + m[2][2], vf_of(least_ahead)));
-    vf across = (m[0][0] * x + m[0][1] * y + m[0][2]) * over, down = (m[1][0] * x + m[1][1] * y + m[1][2]) * over;
-    if (bent) unbend(r->bend, r->unbend, &across, &down);
-    return fv_taps_at(r->from, r->stride, r->width, r->height, across, down);
+    if (masks) stay_within(s->bend, s->unbend->edge, &x, &y);
+    return fv_taps_at(s->from, s->stride, s->width, s->height, x, y);
 }
 
-static FV_INLINE void turn_row(const struct fv_turn_row *r, bool bent)
+/* Channel k of all; where they part, the taps for it: k 0 green, 1 red, 2 blue. */
+static FV_INLINE vi channel_of(const struct fv_taps *taps, int k)
 {
-    vf y = vf_of((float)r->y + 0.5f);
-    for (int i = 0; i < r->count; i += FV_WIDTH) {
-        struct fv_taps taps = look_up(r, bent, vf_from(vi_lanes() + (r->x + i)) + 0.5f, y);
-        vi colour = vi_of((int32_t)0xff000000);
-        for (int c = 0; c < 3; c++) colour |= fv_taps_channel(&taps, 8 * c) << (8 * c);
-        vi_store(r->to + i, colour);
-    }
+    int shift = k == 0 ? 8 : k == 1 ? 0 : 16;
+    return fv_taps_channel(taps, shift) << shift;
 }
 
-/* Each channel from where the lens shows it. */
-static void turn_fringed_row(const struct fv_turn_row *r)
+static FV_INLINE void turn_exactly(const struct fv_turn_square *s, bool fringes, bool masks)
 {
-    const struct fv_bend *b = r->bend;
-    vf dy = vf_of((float)r->y + 0.5f - b->centre[1]), v = dy * b->step[1];
-    for (int i = 0; i < r->count; i += FV_WIDTH) {
-        vf dx = vf_from(vi_lanes() + (r->x + i)) + (0.5f - b->centre[0]), u = dx * b->step[0];
-        vf step = vf_clamp((u * u + v * v) * r->fringe->per_square, 0, (float)FV_LENS_STEPS);
-        struct fv_taps green = look_up(r, true, b->centre[0] + dx, b->centre[1] + dy);
-        vi colour = vi_of((int32_t)0xff000000) | fv_taps_channel(&green, 8) << 8;
-        for (int c = 0; c < 2; c++) {
-            vf ratio = fv_table_at(r->fringe->ratio[c], step);
-            struct fv_taps taps = look_up(r, true, b->centre[0] + dx * ratio, b->centre[1] + dy * ratio);
-            colour |= fv_taps_channel(&taps, 16 * c) << (16 * c);
+    for (int j = 0; j < FV_TURN_SIDE; j++)
+        for (int i = 0; i < FV_TURN_SIDE; i += FV_WIDTH) {
+            vf x = vf_from(vi_lanes() + (s->x + i)) + 0.5f, y = vf_of((float)(s->y + j) + 0.5f), to_x, to_y;
+            vi colour = vi_of((int32_t)0xff000000);
+            struct fv_taps taps;
+            for (int k = 0; k < 3; k++) {
+                if (fringes || k == 0) {
+                    look_up_each(s, k - 1, x, y, &to_x, &to_y);
+                    taps = taps_at(s, masks, to_x, to_y);
+                }
+                colour |= channel_of(&taps, k);
+            }
+            vi_store(s->to + (int64_t)(s->y + j) * s->stride + s->x + i, colour);
         }
-        vi_store(r->to + i, colour);
+}
+
+/* Far apart in memory, rows of pictures would be waited for one by one. */
+enum { ROWS_AHEAD = 8 };
+
+static void fetch_row(const struct fv_turn_square *s, const struct places *p, int j)
+{
+    int x = (int)p->x[0][0] - FV_TURN_SIDE / 2, y = (int)p->y[0][0] - FV_TURN_SIDE / 2 + j;
+    uint32_t *to = s->to + (int64_t)(s->y + j) * s->stride + s->x;
+    for (int i = 0; i < 2; i++) __builtin_prefetch(to + i * FV_TURN_SIDE / 2, 1);
+    if (x < 0 || x > s->width - 1 || y < 0 || y > s->height - 1) return;
+    for (int i = 0; i < 3; i++) __builtin_prefetch(s->from + (int64_t)y * s->stride + x + i * FV_TURN_SIDE / 2);
+}
+
+static FV_INLINE void turn_square(const struct fv_turn_square *s, bool fringes, bool masks)
+{
+    const float unit = 2.0f / FV_TURN_SIDE;
+    struct places of[3];
+    float x[3][3], y[3][3];
+    bool smooth = true;
+    for (int k = 0; k < 3 && smooth && (fringes || k == 0); k++) smooth = place_all(s, k - 1, &of[k]);
+    if (!smooth) {
+        turn_exactly(s, fringes, masks);
+        return;
+    }
+    for (int j = 0; j < ROWS_AHEAD; j++) fetch_row(s, &of[0], j);
+    for (int j = 0; j < FV_TURN_SIDE; j++) {
+        uint32_t *to = s->to + (int64_t)(s->y + j) * s->stride + s->x;
+        if (j + ROWS_AHEAD < FV_TURN_SIDE) fetch_row(s, &of[0], j + ROWS_AHEAD);
+        for (int k = 0; k < 3 && (fringes || k == 0); k++) place_row(&of[k], ((float)j + 0.5f) * unit - 1, x[k], y[k]);
+        for (int i = 0; i < FV_TURN_SIDE; i += FV_WIDTH) {
+            vf u = (vf_from(vi_lanes() + i) + 0.5f) * unit - 1.0f;
+            vi colour = vi_of((int32_t)0xff000000);
+            struct fv_taps taps;
+            for (int k = 0; k < 3; k++) {
+                if (fringes || k == 0) taps = taps_at(s, masks, x[k][0] + u * (x[k][1] + u * x[k][2]), y[k][0] + u * (y[k][1] + u * y[k][2]));
+                colour |= channel_of(&taps, k);
+            }
+            vi_store(to + i, colour);
+        }
     }
 }
 
-void turn(const struct fv_turn_row *r)
+/* Each channel from where the lens shows it, where its colours part; else all from green's. */
+void turn(const struct fv_turn_square *s)
 {
-    if (r->fringe) turn_fringed_row(r);
-    else if (r->bend->on) turn_row(r, true);
-    else turn_row(r, false);
+    bool masks = s->bend->on && s->bend->masks;
+    if (s->fringe) turn_square(s, true, masks);
+    else if (masks) turn_square(s, false, true);
+    else turn_square(s, false, false);
 }
