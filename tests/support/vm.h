@@ -45,6 +45,22 @@ static inline double vm_number(const char *text, const char *object, const char 
     return atof(value + strlen(name));
 }
 
+/* Of a report, too: "gaze.cameras.lost". */
+static inline double vm_at(const char *text, const char *path)
+{
+    char name[64];
+    const char *at = text;
+    while (*path) {
+        size_t length = strcspn(path, ".");
+        snprintf(name, sizeof name, "\"%.*s\":", (int)length, path);
+        const char *found = strstr(at, name), *end = strchr(at == text ? text + strlen(text) : at, '\n');
+        if (!found || (end && found > end)) fail_msg("no %s in: %s", path, text);
+        at = found + strlen(name);
+        path += length + (path[length] == '.');
+    }
+    return atof(at);
+}
+
 /* Runs the script with the programs that FV_VM_PROGRAMS names; a setup of cmocka. Ends the test as skipped where the
  * guest cannot be run here. */
 static inline int vm_boot(const char *script)

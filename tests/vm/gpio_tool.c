@@ -2,15 +2,24 @@
  * tests/vm, before all others in getting the processor.
  *
  *   pulse PULL HZ SECONDS   the line rises so often
- *   watch VALUE SECONDS     how often the line changed */
+ *   watch VALUE SECONDS     how often the line changed in that time, or until SIGTERM */
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <sched.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
+
+static volatile sig_atomic_t ended;
+
+static void end(int number)
+{
+    (void)number;
+    ended = 1;
+}
 
 static void wait_ns(struct timespec *t, long ns)
 {
@@ -24,13 +33,14 @@ int main(int count, char **text)
     struct timespec t;
     if (count < 4) return 2;
     int pulse = strcmp(text[1], "pulse") == 0, fd = open(text[2], pulse ? O_WRONLY : O_RDONLY);
-    double hz = pulse ? atof(text[3]) : 1000, seconds = atof(text[pulse ? 4 : 3]);
+    double hz = pulse ? atof(text[3]) : 250, seconds = atof(text[pulse ? 4 : 3]);
     if (fd < 0) return perror(text[2]), 1;
     sched_setscheduler(0, SCHED_FIFO, &(struct sched_param){50});
     clock_gettime(CLOCK_MONOTONIC, &t);
     int changes = 0;
+    signal(SIGTERM, end);
     char before = 0;
-    for (long n = 0; n < (long)(hz * seconds); n++) {
+    for (long n = 0; n < (long)(hz * seconds) && !ended; n++) {
         if (pulse) {
             if (pwrite(fd, "pull-up", 7, 0) != 7) return perror("pull"), 1;
             wait_ns(&t, (long)(0.5e9 / hz));

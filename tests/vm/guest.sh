@@ -35,6 +35,11 @@ finish() {
     [ ! -f /out/$name/report.json ] || grep '^"\(frames\|frame_ms\|gaze\|imu\|sealed\)"' /out/$name/report.json
 }
 
+# begun PROCESS OUT: waits until a run has begun, or ended.
+begun() {
+    until [ -f $2/frames.csv.part ] || ! kill -0 $1 2>/dev/null; do sleep 0.1; done
+}
+
 # The camera that the settings name, as udev would name it.
 point() { ln -sf $1 $eye; }
 

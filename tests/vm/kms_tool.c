@@ -2,15 +2,20 @@
  *
  *   state                           what the CRTC shows, and the console's mode
  *   hold SECONDS                    is the master for so long
- *   read FOLDER WIDTH HEIGHT        reads back what is shown: the middle of each half, as the png sink would write it */
+ *   read FOLDER WIDTH HEIGHT        reads back what is shown: the middle of each half, as the png sink would write it
+ *   flip PROCESS TIMES              flips 20 times a second in place of that process, by its own open card
+ *   steal PROCESS                   takes the next event of the card that it has open: a flip that is never told of */
 #define _GNU_SOURCE
 #include "display/display.h"
 #include "platform/log.h"
 
+#include <dirent.h>
 #include <drm.h>
 #include <drm_mode.h>
 #include <fcntl.h>
 #include <linux/kd.h>
+#include <poll.h>
+#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -100,8 +105,61 @@ static int read_back(int fd, const char *folder, int width, int height)
     return 0;
 }
 
+/* The card that a process has open: the very same, so that it is the display's master here, too; -1: none. */
+static int card_of(int process)
+{
+    char folder[64], to[64];
+    snprintf(folder, sizeof folder, "/proc/%d/fd", process);
+    int of = (int)syscall(SYS_pidfd_open, process, 0), found = -1;
+    DIR *all = opendir(folder);
+    for (struct dirent *d; all && found < 0 && (d = readdir(all));) {
+        ssize_t length = readlinkat(dirfd(all), d->d_name, to, sizeof to - 1);
+        to[length > 0 ? length : 0] = 0;
+        if (strncmp(to, "/dev/dri/", 9) == 0) found = (int)syscall(SYS_pidfd_getfd, of, atoi(d->d_name), 0);
+    }
+    if (all) closedir(all);
+    return found;
+}
+
+static int flip(int fd, int times)
+{
+    int flips = 0;
+    struct drm_mode_crtc crtc = shown(fd);
+    struct drm_mode_crtc_page_flip flip = {.crtc_id = crtc.crtc_id, .fb_id = crtc.fb_id};
+    for (int i = 0; i < times; i++) {
+        /* Between the vertical blank and the process's own. */
+        int tries = 0;
+        while (ioctl(fd, DRM_IOCTL_MODE_PAGE_FLIP, &flip) && ++tries < 100) usleep(1000);
+        flips += tries < 100;
+        usleep(50000);
+    }
+    printf("flips of another %d\n", flips);
+    return 0;
+}
+
+static int steal(int fd)
+{
+    char event[4096];
+    struct pollfd ready = {.fd = fd, .events = POLLIN};
+    ssize_t got = -1;
+    while (got <= 0 && poll(&ready, 1, 5000) > 0) got = read(fd, event, sizeof event);
+    printf("bytes of events taken %d\n", (int)got);
+    return 0;
+}
+
+/* Of a process that has it open; before all others in getting the processor. */
+static int meddle(int count, char **text)
+{
+    int fd = card_of(atoi(text[2]));
+    if (fd < 0) return fail("the process's card");
+    sched_setscheduler(0, SCHED_FIFO, &(struct sched_param){60});
+    if (strcmp(text[1], "flip") == 0 && count > 3) return flip(fd, atoi(text[3]));
+    return strcmp(text[1], "steal") == 0 ? steal(fd) : 1;
+}
+
 int main(int count, char **text)
 {
+    if (count > 2 && (strcmp(text[1], "flip") == 0 || strcmp(text[1], "steal") == 0)) return meddle(count, text);
     int fd = open("/dev/dri/card0", O_RDWR | O_CLOEXEC), result = 1;
     if (fd < 0 || count < 2) return fail("/dev/dri/card0");
     if (strcmp(text[1], "state") == 0) result = state(fd);

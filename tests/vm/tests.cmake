@@ -33,4 +33,8 @@ if(COMMAND fv_vm_test)
     fv_guest(gpio_tool)
     fv_vm_test(display foveola vm_kms_tool)
     fv_vm_test(lines foveola vm_gpio_tool)
+    # A whole board, by its settings; every fault of the design's table.
+    fv_guest(hog)
+    fv_vm_test(board foveola vm_imu_gadget vm_camera_tool vm_camera_eye vm_gpio_tool vm_kms_tool)
+    fv_vm_test(faults foveola vm_imu_gadget vm_camera_tool vm_camera_eye vm_kms_tool vm_hog)
 endif()

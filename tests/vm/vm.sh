@@ -1,8 +1,9 @@
 #!/bin/sh
 # vm.sh CACHE SCRIPT PROGRAM...: boots Debian's kernel under QEMU's software emulation with nothing but busybox and the
 # static programs, runs SCRIPT in it and prints what it prints. Lines of the script say what it needs: "# modules: ...",
-# "# module NAME: ..." their parameters, "# devices: ..." of QEMU's, "# memory: MB", "# shift: N" a guest's instruction takes 2^N ns,
-# "# machine: aarch64" for another than x86_64. With the module 9p the folder FV_VM_SHARE is the guest's /host.
+# "# module NAME: ..." their parameters, "# files: ..." of the source, "# devices: ..." of QEMU's, "# memory: MB",
+# "# shift: N" a guest's instruction takes 2^N ns, "# machine: aarch64" for another than x86_64. With the module 9p the
+# folder FV_VM_SHARE is the guest's /host.
 # Guest time follows instructions (-icount), so rates hold on a busy machine; it says nothing about speed.
 # Exit: 0 when the script ran to its end, 77 where QEMU, busybox, the kernel or a module (./bootstrap vm) are not there;
 # 1 then, too, with CI=true.
@@ -44,7 +45,9 @@ mkdir -p "$work/root/bin" "$work/root/dev" "$work/root/proc" "$work/root/sys" "$
 cp "$busybox" "$work/root/bin/busybox"
 for program in "$@"; do $strip -o "$work/root/$(basename "$program")" "$program"; done
 cp "$script" "$work/root/script"
-cp "$(dirname "$0")/guest.sh" "$work/root/"
+here=$(dirname "$0")
+for file in $(option files ""); do cp "$here/../../$file" "$work/root/"; done
+cp "$here/guest.sh" "$work/root/"
 printf 'root:x:0:0::/:/bin/sh\nnobody:x:99:99::/:/bin/sh\n' >"$work/root/etc/passwd"
 for module in $(option modules ""); do
     modprobe -d "$kernel" -S "$version" --show-depends "$module" >>"$work/needed" || lack "no module $module in $kernel"
