@@ -49,7 +49,7 @@ static inline void sample_frame(struct fv_frame_record *r, int i, int frames, in
     r->cut = cut > 0;
     r->missed = ms > period_ms;
     r->late_stages = r->missed ? 8 : 0;
-    r->decision = (struct fv_decision){r->t_ns, *level, {-1, -1, -1, cut ? 2900 - cut : -1, -1}};
+    r->decision = (struct fv_decision){.t_ns = r->t_ns, .level = *level, .done = {-1, -1, -1, cut ? 2900 - cut : -1, -1}};
     r->r0_deg = (float)fmax(3.2, 15 - 1.1 * *level + random_between(random, 0, 0.3));
     r->r1_deg = 2 * r->r0_deg;
     r->p_min = (float)(0.2 * pow(0.75, *level));
