@@ -11,6 +11,7 @@ set_tests_properties(soak_paced PROPERTIES LABELS soak TIMEOUT 7200)
 file(GLOB soak_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*.c)
 add_executable(soak ${soak_sources})
 target_link_libraries(soak PRIVATE cli ${LIB_cmocka})
+add_dependencies(soak foveola) # replays what was recorded
 target_compile_definitions(soak PRIVATE FV_PROGRAM="$<TARGET_FILE:foveola>")
 target_link_options(soak PRIVATE -Wl,--wrap=fv_thread_start,--wrap=nanosleep,--wrap=pause,--wrap=write
     -Wl,--wrap=fv_setup_latch,--wrap=fv_display_present)

@@ -50,7 +50,7 @@ static int failures;
 
 static struct fv_setup *setup;
 static struct fv_display *display;
-static int64_t presented, fresh_ns[FAULT_GROUPS], back_ns[FAULT_GROUPS];
+static int64_t fresh_ns[FAULT_GROUPS], back_ns[FAULT_GROUPS];
 static int64_t flips_before;
 
 static unsigned bin[BINS];
@@ -88,7 +88,7 @@ static int descriptors(void)
 
 void watch_look(struct seen *seen)
 {
-    *seen = (struct seen){.presented = presented};
+    *seen = (struct seen){.frames = 0};
     if (setup) {
         seen->sensors = fv_sensors_counts(setup->sensors);
         seen->frames = setup->session.frames;
@@ -279,7 +279,6 @@ int __wrap_fv_display_present(struct fv_display *d, const struct fv_picture *pic
     int64_t flips = fv_display_counts(d).flips;
     works(FAULT_SCREEN, flips > flips_before);
     flips_before = flips;
-    presented += !failed;
     return failed;
 }
 

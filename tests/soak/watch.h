@@ -14,7 +14,7 @@ struct seen {
     struct fv_sensors_counts sensors;
     struct fv_imu_feed_counts imu;
     struct fv_display_counts display;
-    int64_t frames, skipped, presented;
+    int64_t frames, skipped;
 };
 void watch_look(struct seen *seen);
 
