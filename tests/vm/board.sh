@@ -41,6 +41,7 @@ done
 /foveola run $config --frames 600 --out /out/board 2>/said &
 run=$!
 begun $run /out/board
+sleep 0.5
 /vm_imu_gadget 1000 60 & # the sensor is silent until then: one core does not serve it while memory is locked
 devices="$devices $!"
 sleep 5

@@ -127,8 +127,10 @@ static int flip(int fd, int times)
     struct drm_mode_crtc crtc = shown(fd);
     struct drm_mode_crtc_page_flip flip = {.crtc_id = crtc.crtc_id, .fb_id = crtc.fb_id};
     for (int i = 0; i < times; i++) {
-        /* Between the vertical blank and the process's own. */
+        /* Between a vertical blank and the process's own. */
+        union drm_wait_vblank blank = {.request = {.type = _DRM_VBLANK_RELATIVE, .sequence = 1}};
         int tries = 0;
+        ioctl(fd, DRM_IOCTL_WAIT_VBLANK, &blank);
         while (ioctl(fd, DRM_IOCTL_MODE_PAGE_FLIP, &flip) && ++tries < 100) usleep(1000);
         flips += tries < 100;
         usleep(50000);
