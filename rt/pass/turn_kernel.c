@@ -132,70 +132,92 @@ static FV_INLINE struct fv_taps taps_at(const struct fv_turn_square *s, bool mas
     return fv_taps_at(s->from, s->stride, s->width, s->height, x, y);
 }
 
-/* Channel k of all; where they part, the taps for it: k 0 green, 1 red, 2 blue. */
-static FV_INLINE vi channel_of(const struct fv_taps *taps, int k)
+/* Where colours part, at[k] is where channel k (0 green, 1 red, 2 blue) is looked up; else at[0] is for all. */
+static FV_INLINE vi colour_at(const struct fv_turn_square *s, bool fringes, bool masks, const vf x[3], const vf y[3])
 {
-    int shift = k == 0 ? 8 : k == 1 ? 0 : 16;
-    return fv_taps_channel(taps, shift) << shift;
+    static const int shifts[] = {8, 0, 16};
+    vi colour = vi_of((int32_t)0xff000000), weights = vi_of(0);
+    struct fv_taps taps;
+    for (int k = 0; k < 3; k++) {
+        if (fringes || k == 0) {
+            taps = taps_at(s, masks, x[k], y[k]);
+            weights = fv_taps_weights(&taps);
+        }
+        colour |= fv_taps_swift(&taps, weights, shifts[k]) << shifts[k];
+    }
+    return colour;
 }
 
 static FV_INLINE void turn_exactly(const struct fv_turn_square *s, bool fringes, bool masks)
 {
     for (int j = 0; j < FV_TURN_SIDE; j++)
         for (int i = 0; i < FV_TURN_SIDE; i += FV_WIDTH) {
-            vf x = vf_from(vi_lanes() + (s->x + i)) + 0.5f, y = vf_of((float)(s->y + j) + 0.5f), to_x, to_y;
-            vi colour = vi_of((int32_t)0xff000000);
-            struct fv_taps taps;
-            for (int k = 0; k < 3; k++) {
-                if (fringes || k == 0) {
-                    look_up_each(s, k - 1, x, y, &to_x, &to_y);
-                    taps = taps_at(s, masks, to_x, to_y);
-                }
-                colour |= channel_of(&taps, k);
-            }
-            vi_store(s->to + (int64_t)(s->y + j) * s->stride + s->x + i, colour);
+            vf x = vf_from(vi_lanes() + (s->x + i)) + 0.5f, y = vf_of((float)(s->y + j) + 0.5f), to_x[3], to_y[3];
+            for (int k = 0; k < 3 && (fringes || k == 0); k++) look_up_each(s, k - 1, x, y, &to_x[k], &to_y[k]);
+            vi_store(s->to + (int64_t)(s->y + j) * s->stride + s->x + i, colour_at(s, fringes, masks, to_x, to_y));
         }
 }
 
-/* Far apart in memory, rows of pictures would be waited for one by one. */
-enum { ROWS_AHEAD = 8 };
+/* Far apart in memory, rows of pictures would be waited for one by one. Of a row some rows on, what this square wants is
+ * fetched, in case that no square before it was its neighbour; of this row, what the square to its right will want more. */
+enum { ROWS_AHEAD = 8, LINE = 16, FETCHED = FV_TURN_SIDE + FV_WIDTH };
 
-static void fetch_row(const struct fv_turn_square *s, const struct places *p, int j)
+static FV_INLINE void fetch_row(const struct fv_turn_square *s, const struct places *p, int j, int begin, int end)
 {
     int x = (int)p->x[0][0] - FV_TURN_SIDE / 2, y = (int)p->y[0][0] - FV_TURN_SIDE / 2 + j;
-    uint32_t *to = s->to + (int64_t)(s->y + j) * s->stride + s->x;
-    for (int i = 0; i < 2; i++) __builtin_prefetch(to + i * FV_TURN_SIDE / 2, 1);
     if (x < 0 || x > s->width - 1 || y < 0 || y > s->height - 1) return;
-    for (int i = 0; i < 3; i++) __builtin_prefetch(s->from + (int64_t)y * s->stride + x + i * FV_TURN_SIDE / 2);
+    for (int i = begin; i < end; i += LINE) __builtin_prefetch(s->from + (int64_t)y * s->stride + x + i);
+}
+
+static FV_INLINE void turn_rows(const struct fv_turn_square *s, bool fringes, bool masks, const struct places of[3])
+{
+    const float unit = 2.0f / FV_TURN_SIDE;
+    float x[3][3], y[3][3];
+    for (int j = 0; j < ROWS_AHEAD; j++) fetch_row(s, &of[0], j, 0, FETCHED);
+    for (int j = 0; j < FV_TURN_SIDE; j++) {
+        uint32_t *to = s->to + (int64_t)(s->y + j) * s->stride + s->x;
+        if (j + ROWS_AHEAD < FV_TURN_SIDE) fetch_row(s, &of[0], j + ROWS_AHEAD, 0, FETCHED);
+        fetch_row(s, &of[0], j, FETCHED + LINE - 1, FETCHED + FV_TURN_SIDE);
+        for (int i = 0; i < FV_TURN_SIDE; i += LINE) __builtin_prefetch(to + FV_TURN_SIDE + i, 1);
+        for (int k = 0; k < 3 && (fringes || k == 0); k++) place_row(&of[k], ((float)j + 0.5f) * unit - 1, x[k], y[k]);
+        for (int i = 0; i < FV_TURN_SIDE; i += FV_WIDTH) {
+            vf u = (vf_from(vi_lanes() + i) + 0.5f) * unit - 1.0f, to_x[3], to_y[3];
+            for (int k = 0; k < 3 && (fringes || k == 0); k++) {
+                to_x[k] = x[k][0] + u * (x[k][1] + u * x[k][2]);
+                to_y[k] = y[k][0] + u * (y[k][1] + u * y[k][2]);
+            }
+            vi_store(to + i, colour_at(s, fringes, masks, to_x, to_y));
+        }
+    }
+}
+
+/* No farther from `centre` than this: what the coefficients' sizes add up to. */
+static float farthest(const float p[3][3], float centre)
+{
+    float sum = fabsf(p[0][0] - centre) - fabsf(p[0][0]);
+    for (int i = 0; i < 9; i++) sum += fabsf(p[i / 3][i % 3]);
+    return sum;
+}
+
+/* All places are within the edge of what is seen. */
+static bool seen(const struct fv_turn_square *s, const struct places *p)
+{
+    const struct fv_bend *b = s->bend;
+    float u = farthest(p->x, b->centre[0]) * b->step[0], v = farthest(p->y, b->centre[1]) * b->step[1];
+    return u * u + v * v < s->unbend->edge * s->unbend->edge;
 }
 
 static FV_INLINE void turn_square(const struct fv_turn_square *s, bool fringes, bool masks)
 {
-    const float unit = 2.0f / FV_TURN_SIDE;
     struct places of[3];
-    float x[3][3], y[3][3];
-    bool smooth = true;
-    for (int k = 0; k < 3 && smooth && (fringes || k == 0); k++) smooth = place_all(s, k - 1, &of[k]);
-    if (!smooth) {
-        turn_exactly(s, fringes, masks);
-        return;
+    bool smooth = true, inside = true;
+    for (int k = 0; k < 3 && smooth && (fringes || k == 0); k++) {
+        smooth = place_all(s, k - 1, &of[k]);
+        inside = inside && smooth && seen(s, &of[k]);
     }
-    for (int j = 0; j < ROWS_AHEAD; j++) fetch_row(s, &of[0], j);
-    for (int j = 0; j < FV_TURN_SIDE; j++) {
-        uint32_t *to = s->to + (int64_t)(s->y + j) * s->stride + s->x;
-        if (j + ROWS_AHEAD < FV_TURN_SIDE) fetch_row(s, &of[0], j + ROWS_AHEAD);
-        for (int k = 0; k < 3 && (fringes || k == 0); k++) place_row(&of[k], ((float)j + 0.5f) * unit - 1, x[k], y[k]);
-        for (int i = 0; i < FV_TURN_SIDE; i += FV_WIDTH) {
-            vf u = (vf_from(vi_lanes() + i) + 0.5f) * unit - 1.0f;
-            vi colour = vi_of((int32_t)0xff000000);
-            struct fv_taps taps;
-            for (int k = 0; k < 3; k++) {
-                if (fringes || k == 0) taps = taps_at(s, masks, x[k][0] + u * (x[k][1] + u * x[k][2]), y[k][0] + u * (y[k][1] + u * y[k][2]));
-                colour |= channel_of(&taps, k);
-            }
-            vi_store(to + i, colour);
-        }
-    }
+    if (!smooth) turn_exactly(s, fringes, masks);
+    else if (masks && !inside) turn_rows(s, fringes, true, of);
+    else turn_rows(s, fringes, false, of);
 }
 
 /* Each channel from where the lens shows it, where its colours part; else all from green's. */
