@@ -35,7 +35,7 @@ static FV_INLINE bool fv_taps_near(const uint32_t *picture, int stride, int widt
     left = left < width - 2 * FV_WIDTH ? left : width - 2 * FV_WIDTH;
     if (left < 0) return false;
     vi right = x - left, down = y - top;
-    if (vi_any((right < 0) | (right > 2 * FV_WIDTH - 2) | (down < 0) | (down > 1))) return false;
+    if (vi_any((vi)(((vu)right > 2 * FV_WIDTH - 2) | ((vu)down > 1)))) return false; /* less than 0: many */
     const uint32_t *window = picture + (int64_t)top * stride + left;
     fv_taps_pick(window, right, &pixel[0], &pixel[1]);
     fv_taps_pick(window + stride, right, &pixel[2], &pixel[3]);

@@ -132,20 +132,21 @@ static FV_INLINE struct fv_taps taps_at(const struct fv_turn_square *s, bool mas
     return fv_taps_at(s->from, s->stride, s->width, s->height, x, y);
 }
 
-/* Where colours part, at[k] is where channel k (0 green, 1 red, 2 blue) is looked up; else at[0] is for all. */
+/* Of a channel alone, in its place. */
+static FV_INLINE vi channel_at(const struct fv_turn_square *s, bool masks, int shift, vf x, vf y)
+{
+    struct fv_taps taps = taps_at(s, masks, x, y);
+    return fv_taps_swift(&taps, fv_taps_weights(&taps), shift) << shift;
+}
+
+/* Where colours part, channel k (0 green, 1 red, 2 blue) is looked up at x[k], y[k]; else all are at the first. */
 static FV_INLINE vi colour_at(const struct fv_turn_square *s, bool fringes, bool masks, const vf x[3], const vf y[3])
 {
-    static const int shifts[] = {8, 0, 16};
-    vi colour = vi_of((int32_t)0xff000000), weights = vi_of(0);
-    struct fv_taps taps;
-    for (int k = 0; k < 3; k++) {
-        if (fringes || k == 0) {
-            taps = taps_at(s, masks, x[k], y[k]);
-            weights = fv_taps_weights(&taps);
-        }
-        colour |= fv_taps_swift(&taps, weights, shifts[k]) << shifts[k];
-    }
-    return colour;
+    const int32_t opaque = (int32_t)0xff000000;
+    if (fringes) return channel_at(s, masks, 8, x[0], y[0]) | channel_at(s, masks, 0, x[1], y[1]) | channel_at(s, masks, 16, x[2], y[2]) | opaque;
+    struct fv_taps taps = taps_at(s, masks, x[0], y[0]);
+    vi weights = fv_taps_weights(&taps);
+    return fv_taps_swift(&taps, weights, 0) | (fv_taps_swift(&taps, weights, 8) << 8) | (fv_taps_swift(&taps, weights, 16) << 16) | opaque;
 }
 
 static FV_INLINE void turn_exactly(const struct fv_turn_square *s, bool fringes, bool masks)
@@ -169,9 +170,10 @@ static FV_INLINE void fetch_row(const struct fv_turn_square *s, const struct pla
     for (int i = begin; i < end; i += LINE) __builtin_prefetch(s->from + (int64_t)y * s->stride + x + i);
 }
 
-static FV_INLINE void turn_rows(const struct fv_turn_square *s, bool fringes, bool masks, const struct places of[3])
+static FV_INLINE void turn_rows(const struct fv_turn_square *square, bool fringes, bool masks, const struct places of[3])
 {
     const float unit = 2.0f / FV_TURN_SIDE;
+    const struct fv_turn_square own = *square, *s = &own; /* that pixels' stores surely leave alone */
     float x[3][3], y[3][3];
     for (int j = 0; j < ROWS_AHEAD; j++) fetch_row(s, &of[0], j, 0, FETCHED);
     for (int j = 0; j < FV_TURN_SIDE; j++) {
