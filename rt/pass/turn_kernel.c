@@ -11,6 +11,9 @@ void turn(const struct fv_turn_square *square);
  * Squares of places that lie as far off anywhere, or as much beside what squares of u and v say, are not interpolated. */
 static const float least_ahead = 1 / 64.0f, farthest_px = 65536, beside_px = 1 / 64.0f;
 
+static const float unit = 2.0f / FV_TURN_SIDE; /* a pixel, in halves of a side */
+static const float aside_px = 1 / 8.0f;        /* what rows looked up by a vector are allowed beside what its first and last say */
+
 /* What the rendered picture shows in the direction of places of the turned one, pixel by pixel; `channel`: 0 red, 1 blue, -1
  * green. */
 static FV_INLINE void look_up_each(const struct fv_turn_square *s, int channel, vf x, vf y, vf *to_x, vf *to_y)
@@ -170,27 +173,89 @@ static FV_INLINE void fetch_row(const struct fv_turn_square *s, const struct pla
     for (int i = begin; i < end; i += LINE) __builtin_prefetch(s->from + (int64_t)y * s->stride + x + i);
 }
 
+/* Rows of a square's places: their coefficients over u, of each channel that has its own. */
+struct row {
+    float x[3][3], y[3][3];
+};
+
+static FV_INLINE void begin_row(const struct fv_turn_square *s, bool fringes, const struct places of[3], int j, struct row *row)
+{
+    if (j + ROWS_AHEAD < FV_TURN_SIDE) fetch_row(s, &of[0], j + ROWS_AHEAD, 0, FETCHED);
+    fetch_row(s, &of[0], j, FETCHED + LINE - 1, FETCHED + FV_TURN_SIDE);
+    for (int i = 0; i < FV_TURN_SIDE; i += LINE) __builtin_prefetch(s->to + (int64_t)(s->y + j) * s->stride + s->x + FV_TURN_SIDE + i, 1);
+    for (int k = 0; k < 3 && (fringes || k == 0); k++) place_row(&of[k], ((float)j + 0.5f) * unit - 1, row->x[k], row->y[k]);
+}
+
 static FV_INLINE void turn_rows(const struct fv_turn_square *square, bool fringes, bool masks, const struct places of[3])
 {
-    const float unit = 2.0f / FV_TURN_SIDE;
     const struct fv_turn_square own = *square, *s = &own; /* that pixels' stores surely leave alone */
-    float x[3][3], y[3][3];
+    struct row row;
     for (int j = 0; j < ROWS_AHEAD; j++) fetch_row(s, &of[0], j, 0, FETCHED);
     for (int j = 0; j < FV_TURN_SIDE; j++) {
-        uint32_t *to = s->to + (int64_t)(s->y + j) * s->stride + s->x;
-        if (j + ROWS_AHEAD < FV_TURN_SIDE) fetch_row(s, &of[0], j + ROWS_AHEAD, 0, FETCHED);
-        fetch_row(s, &of[0], j, FETCHED + LINE - 1, FETCHED + FV_TURN_SIDE);
-        for (int i = 0; i < FV_TURN_SIDE; i += LINE) __builtin_prefetch(to + FV_TURN_SIDE + i, 1);
-        for (int k = 0; k < 3 && (fringes || k == 0); k++) place_row(&of[k], ((float)j + 0.5f) * unit - 1, x[k], y[k]);
+        begin_row(s, fringes, of, j, &row);
         for (int i = 0; i < FV_TURN_SIDE; i += FV_WIDTH) {
             vf u = (vf_from(vi_lanes() + i) + 0.5f) * unit - 1.0f, to_x[3], to_y[3];
             for (int k = 0; k < 3 && (fringes || k == 0); k++) {
-                to_x[k] = x[k][0] + u * (x[k][1] + u * x[k][2]);
-                to_y[k] = y[k][0] + u * (y[k][1] + u * y[k][2]);
+                to_x[k] = row.x[k][0] + u * (row.x[k][1] + u * row.x[k][2]);
+                to_y[k] = row.y[k][0] + u * (row.y[k][1] + u * row.y[k][2]);
             }
-            vi_store(to + i, colour_at(s, fringes, masks, to_x, to_y));
+            vi_store(s->to + (int64_t)(s->y + j) * s->stride + s->x + i, colour_at(s, fringes, masks, to_x, to_y));
         }
     }
+}
+
+static FV_INLINE float along(const float p[3], float u)
+{
+    return p[0] + u * (p[1] + u * p[2]);
+}
+
+/* Taps of places that are calm, of a vector whose first pixel lies at u. */
+static FV_INLINE struct fv_taps calm_taps(const struct fv_turn_square *s, const float x[3], const float y[3], float first, vi *weights)
+{
+    const float last = first + (FV_WIDTH - 1) * unit;
+    float x0 = along(x, first), x1 = along(x, last), y0 = along(y, first), y1 = along(y, last);
+    float left = (x0 < x1 ? x0 : x1) - 0.5f, high = (y0 < y1 ? y0 : y1) - (0.5f + aside_px), low = (y0 < y1 ? y1 : y0) - (0.5f - aside_px);
+    int top = (int)high;
+    vf u = vf_from(vi_lanes()) * unit + first;
+    vi at = vi_from((x[0] - 0.5f) * 32768 + u * (x[1] * 32768 + u * (x[2] * 32768)));
+    return fv_taps_calm(s->from, s->stride, (int)left - 1, top, (int)low > top, at, (y[0] - 0.5f) + u * (y[1] + u * y[2]), weights);
+}
+
+static FV_INLINE void turn_calm_rows(const struct fv_turn_square *square, bool fringes, const struct places of[3])
+{
+    const struct fv_turn_square own = *square, *s = &own;
+    struct row row;
+    for (int j = 0; j < ROWS_AHEAD; j++) fetch_row(s, &of[0], j, 0, FETCHED);
+    for (int j = 0; j < FV_TURN_SIDE; j++) {
+        begin_row(s, fringes, of, j, &row);
+        for (int i = 0; i < FV_TURN_SIDE; i += FV_WIDTH) {
+            float u = ((float)i + 0.5f) * unit - 1;
+            vi weights, colour = vi_of((int32_t)0xff000000);
+            struct fv_taps taps = calm_taps(s, row.x[0], row.y[0], u, &weights);
+            colour |= fv_taps_swift(&taps, weights, 8) << 8;
+            if (fringes) taps = calm_taps(s, row.x[1], row.y[1], u, &weights);
+            colour |= fv_taps_swift(&taps, weights, 0);
+            if (fringes) taps = calm_taps(s, row.x[2], row.y[2], u, &weights);
+            colour |= fv_taps_swift(&taps, weights, 16) << 16;
+            vi_store(s->to + (int64_t)(s->y + j) * s->stride + s->x + i, colour);
+        }
+    }
+}
+
+static float sum(const float p[3])
+{
+    return fabsf(p[0]) + fabsf(p[1]) + fabsf(p[2]);
+}
+
+/* Neighbours are looked up next to each other (fv_taps_calm), none at the border: a vector's columns bow by less than one
+ * and span no more than its window, its rows bow by less than half of aside_px and span less than one and that. */
+static bool calm(const struct fv_turn_square *s, const struct places *p)
+{
+    const float part = (float)FV_WIDTH * 2 / FV_TURN_SIDE;
+    float across = sum(p->x[1]) + 2 * sum(p->x[2]), down = sum(p->y[1]) + 2 * sum(p->y[2]);
+    float x = p->x[0][0], y = p->y[0][0], beside = sum(p->x[0]) - fabsf(x) + across, above = sum(p->y[0]) - fabsf(y) + down;
+    if (!(x - beside > 3 && x + beside < (float)(s->width - 3) && y - above > 2 && y + above < (float)(s->height - 4))) return false;
+    return sum(p->x[2]) < 0.5f && sum(p->y[2]) < 0.5f * aside_px && across * part < 2 * FV_WIDTH - 5 && down * part < 1 - 2 * aside_px;
 }
 
 /* No farther from `centre` than this: what the coefficients' sizes add up to. */
@@ -212,12 +277,14 @@ static bool seen(const struct fv_turn_square *s, const struct places *p)
 static FV_INLINE void turn_square(const struct fv_turn_square *s, bool fringes, bool masks)
 {
     struct places of[3];
-    bool smooth = true, inside = true;
+    bool smooth = true, inside = true, gentle = true;
     for (int k = 0; k < 3 && smooth && (fringes || k == 0); k++) {
         smooth = place_all(s, k - 1, &of[k]);
-        inside = inside && smooth && seen(s, &of[k]);
+        inside = inside && smooth && (!masks || seen(s, &of[k]));
+        gentle = gentle && smooth && calm(s, &of[k]);
     }
     if (!smooth) turn_exactly(s, fringes, masks);
+    else if (inside && gentle) turn_calm_rows(s, fringes, of);
     else if (masks && !inside) turn_rows(s, fringes, true, of);
     else turn_rows(s, fringes, false, of);
 }
