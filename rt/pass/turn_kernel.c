@@ -14,16 +14,24 @@ static const float least_ahead = 1 / 64.0f, farthest_px = 65536, beside_px = 1 /
 static const float unit = 2.0f / FV_TURN_SIDE; /* a pixel, in halves of a side */
 static const float aside_px = 1 / 8.0f;        /* what rows looked up by a vector are allowed beside what its first and last say */
 
-/* What the rendered picture shows in the direction of places of the turned one, pixel by pixel; `channel`: 0 red, 1 blue, -1
- * green. */
-static FV_INLINE void look_up_each(const struct fv_turn_square *s, int channel, vf x, vf y, vf *to_x, vf *to_y)
+static FV_INLINE vf square_at(const struct fv_bend *b, vf x, vf y)
+{
+    vf u = (x - b->centre[0]) * b->step[0], v = (y - b->centre[1]) * b->step[1];
+    return u * u + v * v;
+}
+
+/* What the rendered picture shows in the direction of places of the turned one; `channel`: 0 red, 1 blue, -1 green. Not
+ * sure: there, or where it is looked up, the lens goes on otherwise than where pixels are traced. */
+static FV_INLINE void look_up(const struct fv_turn_square *s, int channel, vf x, vf y, vf *to_x, vf *to_y, vi *sure)
 {
     const struct fv_bend *b = s->bend;
     const float(*m)[3] = s->m;
-    vf dx = x - b->centre[0], dy = y - b->centre[1], u = dx * b->step[0], v = dy * b->step[1], ratio = vf_of(1);
-    if (channel >= 0) ratio = fv_table_at(s->fringe->ratio[channel], vf_clamp((u * u + v * v) * s->fringe->per_square, 0, (float)FV_LENS_STEPS));
+    vf dx = x - b->centre[0], dy = y - b->centre[1], r2 = square_at(b, x, y), ratio = vf_of(1), most = vf_of(b->most * b->most);
+    *sure = vi_of(-1);
+    if (channel >= 0) ratio = fv_table_at(s->fringe->ratio[channel], vf_clamp(r2 * s->fringe->per_square, 0, (float)FV_LENS_STEPS));
     if (b->on) {
-        vf q = vf_min((u * u + v * v) * ratio * ratio, vf_of(b->most * b->most));
+        vf beside = r2 * ratio * ratio, q = vf_min(beside, most);
+        *sure = (vi)(r2 < most) & (vi)(beside < most);
         ratio *= 1.0f + q * (b->k[0] + q * (b->k[1] + q * b->k[2]));
         x = b->centre[0] + dx * ratio;
         y = b->centre[1] + dy * ratio;
@@ -31,11 +39,14 @@ static FV_INLINE void look_up_each(const struct fv_turn_square *s, int channel, 
     vf over = vf_reciprocal(vf_max(m[2][0] * x + m[2][1] * y + m[2][2], vf_of(least_ahead)));
     *to_x = (m[0][0] * x + m[0][1] * y + m[0][2]) * over;
     *to_y = (m[1][0] * x + m[1][1] * y + m[1][2]) * over;
-    if (!b->on) return;
-    dx = *to_x - b->centre[0], dy = *to_y - b->centre[1], u = dx * b->step[0], v = dy * b->step[1];
-    ratio = fv_table_at(s->unbend->ratio, vf_clamp((1.0f - vf_rsqrt(1.0f + u * u + v * v)) * s->unbend->per_unit, 0, (float)FV_UNBEND_STEPS));
-    *to_x = b->centre[0] + dx * ratio;
-    *to_y = b->centre[1] + dy * ratio;
+    if (b->on) {
+        dx = *to_x - b->centre[0], dy = *to_y - b->centre[1];
+        ratio = fv_table_at(s->unbend->ratio, vf_clamp((1.0f - vf_rsqrt(1.0f + square_at(b, *to_x, *to_y))) * s->unbend->per_unit, 0, (float)FV_UNBEND_STEPS));
+        *to_x = b->centre[0] + dx * ratio;
+        *to_y = b->centre[1] + dy * ratio;
+        *sure &= (vi)(square_at(b, *to_x, *to_y) < most);
+    }
+    *sure &= (vi)(vf_abs(*to_x) < farthest_px) & (vi)(vf_abs(*to_y) < farthest_px);
 }
 
 /* Places that a square's pixels look up: at (u, v) from its middle, in halves of a side,
@@ -44,43 +55,17 @@ struct places {
     float x[3][3], y[3][3];
 };
 
-static float step_at(const float *table, float step, int steps)
-{
-    int i = step > 0 ? step < (float)steps ? (int)step : steps : 0;
-    float rest = step > 0 && i < steps ? step - (float)i : 0;
-    return table[i] + (table[i + 1] - table[i]) * rest;
-}
-
-/* The same of one place. False: there, or where it is looked up, the lens goes on otherwise than where pixels are traced. */
-static bool look_up(const struct fv_turn_square *s, int channel, float x, float y, float to[2])
-{
-    const struct fv_bend *b = s->bend;
-    const float(*m)[3] = s->m;
-    float at[2] = {x, y}, square = b->most * b->most;
-    if (channel >= 0) {
-        float ratio = step_at(s->fringe->ratio[channel], fv_bend_square(b, x, y) * s->fringe->per_square, FV_LENS_STEPS);
-        at[0] = b->centre[0] + (x - b->centre[0]) * ratio;
-        at[1] = b->centre[1] + (y - b->centre[1]) * ratio;
-    }
-    if (b->on && !(fv_bend_square(b, x, y) < square && fv_bend_square(b, at[0], at[1]) < square)) return false;
-    if (b->on) fv_bend_straight(b, at[0], at[1], at);
-    float over = 1 / fmaxf(m[2][0] * at[0] + m[2][1] * at[1] + m[2][2], least_ahead);
-    to[0] = (m[0][0] * at[0] + m[0][1] * at[1] + m[0][2]) * over;
-    to[1] = (m[1][0] * at[0] + m[1][1] * at[1] + m[1][2]) * over;
-    if (b->on) {
-        float cosine = 1 / sqrtf(1 + fv_bend_square(b, to[0], to[1])), ratio = step_at(s->unbend->ratio, (1 - cosine) * s->unbend->per_unit, FV_UNBEND_STEPS);
-        for (int i = 0; i < 2; i++) to[i] = b->centre[i] + (to[i] - b->centre[i]) * ratio;
-        if (!(fv_bend_square(b, to[0], to[1]) < square)) return false;
-    }
-    return fabsf(to[0]) < farthest_px && fabsf(to[1]) < farthest_px;
-}
-
 /* Of values at -1, 0 and 1. */
 static void fit(const float at[3], float p[3])
 {
     p[0] = at[1];
     p[1] = 0.5f * (at[2] - at[0]);
     p[2] = 0.5f * (at[2] + at[0]) - at[1];
+}
+
+static FV_INLINE float along(const float p[3], float u)
+{
+    return p[0] + u * (p[1] + u * p[2]);
 }
 
 /* The coefficients over u in the row at v. */
@@ -92,30 +77,36 @@ static void place_row(const struct places *p, float v, float x[3], float y[3])
     }
 }
 
+/* In halves of a side: 3 x 3 places, four that show whether squares do, and the last again, for whole vectors. */
+enum { CHECKED = 9, TRIED = 13, TRIED_PADDED = 16 };
+static const float tried_u[TRIED_PADDED] = {-1, 0, 1, -1, 0, 1, -1, 0, 1, -0.5f, 0.5f, -0.5f, 0.5f, 0.5f, 0.5f, 0.5f};
+static const float tried_v[TRIED_PADDED] = {-1, -1, -1, 0, 0, 0, 1, 1, 1, -0.5f, -0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f};
+
 /* False: they are to be looked up pixel by pixel. */
-static bool place_all(const struct fv_turn_square *s, int channel, struct places *p)
+static FV_INLINE bool place_all(const struct fv_turn_square *s, int channel, struct places *p)
 {
     const float half = FV_TURN_SIDE / 2;
-    float x[3][3], y[3][3], to[2];
+    float x[TRIED_PADDED], y[TRIED_PADDED], px[3], py[3];
+    for (int i = 0; i < TRIED_PADDED; i += FV_WIDTH) {
+        vf to_x, to_y;
+        vi sure;
+        look_up(s, channel, ((float)s->x + half) + half * vf_load(tried_u + i), ((float)s->y + half) + half * vf_load(tried_v + i), &to_x, &to_y, &sure);
+        if (vi_any(~sure)) return false;
+        vf_store(x + i, to_x);
+        vf_store(y + i, to_y);
+    }
+    float across[3][3], down[3][3];
     for (int j = 0; j < 3; j++) {
-        float across[3], down[3];
-        for (int i = 0; i < 3; i++) {
-            if (!look_up(s, channel, (float)s->x + half * (float)i, (float)s->y + half * (float)j, to)) return false;
-            across[i] = to[0];
-            down[i] = to[1];
-        }
-        fit(across, x[j]);
-        fit(down, y[j]);
+        fit(x + 3 * j, across[j]);
+        fit(y + 3 * j, down[j]);
     }
     for (int i = 0; i < 3; i++) {
-        fit((const float[3]){x[0][i], x[1][i], x[2][i]}, p->x[i]);
-        fit((const float[3]){y[0][i], y[1][i], y[2][i]}, p->y[i]);
+        fit((const float[3]){across[0][i], across[1][i], across[2][i]}, p->x[i]);
+        fit((const float[3]){down[0][i], down[1][i], down[2][i]}, p->y[i]);
     }
-    for (int k = 0; k < 4; k++) {
-        float u = k & 1 ? 0.5f : -0.5f, v = k & 2 ? 0.5f : -0.5f, px[3], py[3];
-        if (!look_up(s, channel, (float)s->x + half * (1 + u), (float)s->y + half * (1 + v), to)) return false;
-        place_row(p, v, px, py);
-        if (!(fabsf(px[0] + u * (px[1] + u * px[2]) - to[0]) < beside_px && fabsf(py[0] + u * (py[1] + u * py[2]) - to[1]) < beside_px)) return false;
+    for (int k = CHECKED; k < TRIED; k++) {
+        place_row(p, tried_v[k], px, py);
+        if (!(fabsf(along(px, tried_u[k]) - x[k]) < beside_px && fabsf(along(py, tried_u[k]) - y[k]) < beside_px)) return false;
     }
     return true;
 }
@@ -157,7 +148,8 @@ static FV_INLINE void turn_exactly(const struct fv_turn_square *s, bool fringes,
     for (int j = 0; j < FV_TURN_SIDE; j++)
         for (int i = 0; i < FV_TURN_SIDE; i += FV_WIDTH) {
             vf x = vf_from(vi_lanes() + (s->x + i)) + 0.5f, y = vf_of((float)(s->y + j) + 0.5f), to_x[3], to_y[3];
-            for (int k = 0; k < 3 && (fringes || k == 0); k++) look_up_each(s, k - 1, x, y, &to_x[k], &to_y[k]);
+            vi sure;
+            for (int k = 0; k < 3 && (fringes || k == 0); k++) look_up(s, k - 1, x, y, &to_x[k], &to_y[k], &sure);
             vi_store(s->to + (int64_t)(s->y + j) * s->stride + s->x + i, colour_at(s, fringes, masks, to_x, to_y));
         }
 }
@@ -202,11 +194,6 @@ static FV_INLINE void turn_rows(const struct fv_turn_square *square, bool fringe
             vi_store(s->to + (int64_t)(s->y + j) * s->stride + s->x + i, colour_at(s, fringes, masks, to_x, to_y));
         }
     }
-}
-
-static FV_INLINE float along(const float p[3], float u)
-{
-    return p[0] + u * (p[1] + u * p[2]);
 }
 
 /* Taps of places that are calm, of a vector whose first pixel lies at u. */
