@@ -2,7 +2,7 @@
 #ifndef FV_PASS_TAPS_H
 #define FV_PASS_TAPS_H
 
-#include "rt/trace/simd.h"
+#include "rt/trace/simd16.h"
 
 /* The four pixels around places in a picture, two above two, and the place between them, 0 to 1. */
 struct fv_taps {
@@ -35,7 +35,7 @@ static FV_INLINE bool fv_taps_near(const uint32_t *picture, int stride, int widt
     left = left < width - 2 * FV_WIDTH ? left : width - 2 * FV_WIDTH;
     if (left < 0) return false;
     vi right = x - left, down = y - top;
-    if (vi_any((right < 0) | (right > 2 * FV_WIDTH - 2) | (down < 0) | (down > 1))) return false;
+    if (vi_any((vi)(((vu)right > 2 * FV_WIDTH - 2) | ((vu)down > 1)))) return false; /* less than 0: many */
     const uint32_t *window = picture + (int64_t)top * stride + left;
     fv_taps_pick(window, right, &pixel[0], &pixel[1]);
     fv_taps_pick(window + stride, right, &pixel[2], &pixel[3]);
@@ -80,6 +80,60 @@ static FV_INLINE vi fv_taps_channel(const struct fv_taps *taps, int shift)
     }
     vf upper = tap[0] + (tap[1] - tap[0]) * taps->right, lower = tap[2] + (tap[3] - tap[2]) * taps->right;
     return vi_from(vf_sqrt(vf_max(upper + (lower - upper) * taps->down, vf_of(0))) + 0.5f);
+}
+
+/* Weights of a tap and the one to its right, 16 bits each, FV_TAPS_WHOLE together. */
+enum { FV_TAPS_WHOLE = 32767 };
+
+static FV_INLINE vi fv_taps_weights(const struct fv_taps *taps)
+{
+    vi right = vi_from(taps->right * (float)FV_TAPS_WHOLE + 0.5f);
+    return (right << 16) | (FV_TAPS_WHOLE - right);
+}
+
+/* The same to a code, and exact where the four are alike, at half of what it takes: a tap and the one to its right go
+ * in one lane. Squares are less 2^15, so that they fit signed 16 bits, and what is added up is less 2^15 times the
+ * weights; a hundredth of a code's square keeps what floats round away from below 0. */
+static FV_INLINE vi fv_taps_swift(const struct fv_taps *taps, vi weights, int shift)
+{
+    const int32_t bias = 32768 * FV_TAPS_WHOLE + FV_TAPS_WHOLE / 100;
+    vi row[2];
+    for (int k = 0; k < 2; k++) {
+        vi left = taps->pixel[2 * k] >> shift, right = (vi)((vu)taps->pixel[2 * k + 1] << (16 - shift));
+        row[k] = vi_dot_pairs(vi_squares((left & 0xff) | (right & 0xff0000)) ^ (int32_t)0x80008000, weights);
+    }
+    vf square = vf_from(row[0] + bias) + vf_from(row[1] - row[0]) * taps->down;
+    return vi_from(vf_root_about(square) * 0.0055243559f + 0.5f); /* 1 / sqrt(FV_TAPS_WHOLE) */
+}
+
+/* Places of a vector that are known to lie close together, by whoever made them: columns from `left` to left + 2 FV_WIDTH - 2,
+ * in units of 1 / 32768, and rows from `top` on, less than one down, or less than two where they are `tall`. */
+static FV_INLINE struct fv_taps fv_taps_calm(const uint32_t *picture, int stride, int left, int top, bool tall, vi x, vf y, vi *weights)
+{
+    struct fv_taps taps;
+    const uint32_t *window = picture + (int64_t)top * stride + left;
+    vi at = (x >> 15) - left, right = x & 32767;
+    *weights = (right << 16) - right + FV_TAPS_WHOLE;
+    taps.down = y - (float)top;
+#if FV_WIDTH > 4
+    fv_taps_pick(window, at, &taps.pixel[0], &taps.pixel[1]);
+    fv_taps_pick(window + stride, at, &taps.pixel[2], &taps.pixel[3]);
+    if (!tall) return taps;
+    vi lower = taps.down >= 1.0f, third[2];
+    fv_taps_pick(window + 2 * (int64_t)stride, at, &third[0], &third[1]);
+    for (int k = 0; k < 2; k++) {
+        taps.pixel[k] = vi_select(lower, taps.pixel[2 + k], taps.pixel[k]);
+        taps.pixel[2 + k] = vi_select(lower, third[k], taps.pixel[2 + k]);
+    }
+    taps.down = vf_select(lower, taps.down - 1.0f, taps.down);
+#else
+    vi lower = tall ? taps.down >= 1.0f : vi_of(0);
+    at += lower & stride;
+    vi_gather_pairs(window, at, &taps.pixel[0], &taps.pixel[1]);
+    vi_gather_pairs(window + stride, at, &taps.pixel[2], &taps.pixel[3]);
+    taps.down += vf_from(lower);
+#endif
+    return taps;
 }
 
 /* Linear between table[i] and table[i + 1], at step i and a part. */

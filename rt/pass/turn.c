@@ -39,6 +39,14 @@ bool fv_turn_set(struct fv_frame *f, const struct fv_pose *head)
 
 _Static_assert((int)FV_TURN_SIDE == (int)FV_TILE, "a tile is what a kernel turns");
 
+/* Whether some pixel of the square of FV_TILE at (x, y) may be unseen. */
+static bool at_edge(const struct fv_bend *b, float x, float y)
+{
+    float most = 0;
+    for (int k = 0; k < 4; k++) most = fmaxf(most, fv_bend_square(b, x + (float)(k & 1) * FV_TILE, y + (float)(k >> 1) * FV_TILE));
+    return b->masks && !(most < b->shown * b->shown);
+}
+
 static int run(struct fv_frame *f, const struct fv_tile *tile)
 {
     const struct fv_bend *b = &f->view[tile->eye].bend;
@@ -49,7 +57,8 @@ static int run(struct fv_frame *f, const struct fv_tile *tile)
     float x = (float)tile->x0, y = (float)tile->y0;
     bool unseen = b->masks && fv_bend_beyond(b, x, y, x + FV_TILE, y + FV_TILE, 0);
     if (!unseen) f->kernels->turn(&square);
-    for (int row = tile->y0; row < tile->y0 + FV_TILE && b->masks; row++)
+    bool darkens = at_edge(b, x, y);
+    for (int row = tile->y0; row < tile->y0 + FV_TILE && darkens; row++)
         fv_darken_unseen(b, tile->x0, row, FV_TILE, square.to + (int64_t)row * f->stride + tile->x0);
     return 1;
 }

@@ -45,7 +45,8 @@ bool fv_turn_set(struct fv_frame *frame, const struct fv_pose *head);
 
 /* The square of FV_TURN_SIDE pixels a side at (x, y), 8-bit r, g, b, 255. What its pixels look up is interpolated by
  * squares of x and y between 3 x 3 of them that go all the way above, where that is to a 64th of a pixel at four more;
- * else each goes all the way. */
+ * else each goes all the way. Colours are within one code of 255 of what squares of the codes make, and stay as they are
+ * where the picture is even. Squares are best taken from left to right: each fetches what the next one wants. */
 enum { FV_TURN_SIDE = 32 };
 struct fv_turn_square {
     const struct fv_bend *bend;

@@ -214,6 +214,70 @@ static void what_is_not_turned(void **state)
     }
 }
 
+/* A pinhole's picture of 512 x 256, looked up `m` of the way. */
+static void turn_flat(int isa, const float m[2][3])
+{
+    look(PINHOLE);
+    s.f.width = s.f.stride = 512, s.f.height = 256;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) s.turn.m[0][i][k] = i < 2 ? m[i][k] : k == 2;
+    for (int y = 0; y < s.f.height; y += FV_TURN_SIDE) turn_rows(isa, y);
+}
+
+static double mixed(double a, double b, double part)
+{
+    part = fmin(fmax(part, 0), 1);
+    return sqrt(a * a * (1 - part) + b * b * part);
+}
+
+/* Each code beside each other, in each channel, mixed by parts: to one code of what light of both makes, from places to a
+ * 2000th of a pixel. Squares in the middle, where vectors go unchecked, and those at the border. */
+static void mixtures(void **state)
+{
+    (void)state;
+    static const float parts[] = {0, 0.001f, 0.004f, 0.0625f, 0.25f, 0.5f, 0.7f, 0.96875f, 0.999f};
+    for (int y = 0; y < 256; y++)
+        for (int x = 0; x < 512; x++) {
+            uint32_t a = (uint32_t)(x % 2 ? x / 2 : y);
+            picture[y * 512 + x] = a | (255 - a) << 8 | (a ^ 85) << 16;
+        }
+    for (size_t n = 0; n < sizeof parts / sizeof parts[0]; n++)
+        for (int isa = 0; isa <= (int)fv_cpu_isa(); isa++) {
+            const float m[2][3] = {{1, 0, parts[n]}, {0, 1, 0}};
+            turn_flat(isa, m);
+            for (int y = 0; y < 256; y++)
+                for (int x = 0; x < 511; x++)
+                    for (int shift = 0; shift < 24; shift += 8) {
+                        const uint32_t *at = picture + y * 512 + x;
+                        double a = at[0] >> shift & 255, b = at[1] >> shift & 255, part = (double)parts[n], off = 5e-4;
+                        double one = mixed(a, b, part - off), other = mixed(a, b, part + off), got = result[y * 512 + x] >> shift & 255;
+                        if (!(got >= floor(fmin(one, other) + 0.5) - 1 && got <= floor(fmax(one, other) + 0.5) + 1))
+                            fail_msg("instructions %d, %g and %g by %g: %g, not %g to %g", isa, a, b, part, got, one, other);
+                    }
+        }
+}
+
+/* What is even stays so to the bit, each code, wherever it is looked up: along rows, askew, and far aside. */
+static void even_pictures(void **state)
+{
+    (void)state;
+    static const float ways[][2][3] = {{{1, 0, 0.37f}, {0, 1, 0.61f}}, {{1.2f, -0.1f, 3.3f}, {0.1f, 0.9f, -2.7f}}, {{0.5f, 1, 0}, {-1, 0.5f, 99}}};
+    for (uint32_t code = 0; code < 256; code++) {
+        uint32_t colour = code | (255 - code) << 8 | (code * 7 & 255) << 16 | 0xff000000u;
+        for (int i = 0; i < 512 * 256; i++) picture[i] = colour;
+        for (int isa = 0; isa <= (int)fv_cpu_isa(); isa++) {
+            turn_flat(isa, ways[code % 3]);
+            for (int i = 0; i < 512 * 256; i++)
+                if (result[i] != colour) fail_msg("instructions %d, pixel %d: %08x, not %08x", isa, i, result[i], colour);
+            if (code == 0 || code == 255)
+                for (int w = 0; w < 3; w++) {
+                    turn_flat(isa, ways[w]);
+                    for (int i = 0; i < 512 * 256; i++) assert_int_equal(result[i], colour);
+                }
+        }
+    }
+}
+
 enum { SIDE = 256 };
 static const char *const sets[] = {"scene.name=cornell", "scene.path_seconds=0", "method.name=full", "method.spp=9", "display.sink=png",
                                    "budget.pace=vsync", "display.ipd_mm=0", NULL};
@@ -270,7 +334,8 @@ static void rendered_pictures(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(places), cmocka_unit_test(edges), cmocka_unit_test(what_is_not_turned),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(places), cmocka_unit_test(edges), cmocka_unit_test(mixtures),
+                                       cmocka_unit_test(even_pictures), cmocka_unit_test(what_is_not_turned),
                                        cmocka_unit_test(rendered_pictures)};
     picture = malloc((PICTURE_MOST + 64) * sizeof *picture);
     result = malloc((PICTURE_MOST + 64) * sizeof *result);
