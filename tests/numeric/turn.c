@@ -207,7 +207,7 @@ static void what_is_not_turned(void **state)
         assert_true(fv_turn_set(&s.f, &head));
         for (int i = 0; i < 7; i++) {
             struct fv_pose bad = head;
-            (i < 4 ? bad.rotation : bad.position_m - 4)[i] = i % 2 ? (double)INFINITY : (double)NAN;
+            *(i < 4 ? &bad.rotation[i] : &bad.position_m[i - 4]) = i % 2 ? (double)INFINITY : (double)NAN;
             assert_false(fv_turn_set(&s.f, &bad));
         }
         assert_true(fv_turn_set(&s.f, &head));

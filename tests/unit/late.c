@@ -16,6 +16,7 @@ static double takes(int64_t frame)
 /* A run: its loop, its clock, and what came of it. */
 static struct run {
     struct stage stage;
+    bool open;
     int64_t now_ns, frame;
     int heads_asked; /* of late pictures, of this frame */
     int64_t late_ns[FRAMES];
@@ -109,7 +110,9 @@ static void begin(struct run *r, const char *const *more)
 {
     static const char *const sets[] = {"scene.name=cornell", "scene.path_seconds=0", "method.name=full", "display.sink=png",
                                        "budget.pace=vsync", "budget.hz=100", "display.ipd_mm=0", NULL};
+    if (r->open) stage_close(&r->stage);
     memset(r, 0, sizeof *r);
+    r->open = true;
     r->now_ns = 1;
     stage_begin(&r->stage, SIDE, sets, more, stage_workers());
     r->stage.loop.clock = r->stage.loop.budget.schedule.clock = &clock_made_up;
