@@ -49,6 +49,7 @@ static size_t lay_out(int width, int height, int side, struct fv_pupil_work *wor
     taken(scratch, &used, 2 * pixels, (void **)&work->slope);
     taken(scratch, &used, 2 * pixels, (void **)&work->at);
     taken(scratch, &used, pixels, (void **)&work->thin);
+    taken(scratch, &used, pixels, (void **)&work->hidden);
     taken(scratch, &used, wide * sizeof *work->column, (void **)&work->column);
     taken(scratch, &used, FV_EDGES_MAX * sizeof *work->edge, (void **)&work->edge);
     taken(scratch, &used, FV_EDGES_MAX * sizeof *work->order, (void **)&work->order);
@@ -66,7 +67,7 @@ size_t fv_pupil_scratch_bytes(int width, int height)
     if (!can_search(width, height)) return 0;
     /* Regions are smaller than the frame but less boxed down: never more than this. */
     size_t whole = lay_out(width, height, FV_PUPIL_SIDE, &work, NULL);
-    return whole + 2 * 64 * (size_t)(width + height) + (size_t)15 * REGION_SIDE * (REGION_SIDE + 16);
+    return whole + 2 * 64 * (size_t)(width + height) + (size_t)16 * REGION_SIDE * (REGION_SIDE + 16);
 }
 
 /* In working pixels, rounded down; limits that are no number are 0. */

@@ -3,6 +3,7 @@
  * How (each step in a file of its own; order of reading):
  *   pupil.c          sizes, scratch memory, search in the whole frame or around the last pupil
  *   pupil_edges.c    the frame boxed down to a working size; its gradients; edges one pixel thin
+ *   pupil_spots.c    lamps' reflections taken out of the working size before that
  *   pupil_arcs.c     edges linked with the dark on their right; arcs that turn around it; circles from arcs
  *   pupil_outline.c  circles grown into ellipses along the outline, judged; the best refined at full size
  *   pupil_ellipse.c  least-squares ellipses

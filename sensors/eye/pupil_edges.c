@@ -170,6 +170,7 @@ void fv_pupil_edges(const struct fv_eye_frame *frame, struct fv_pupil_work *work
 {
     size_t row = (size_t)work->row, pixels = row * (size_t)work->height;
     box(frame, work);
+    fv_pupil_spots(work);
     for (int y = 0; y < work->height; y++)
         smooth_across(work->grey + (size_t)y * row, work->across + (size_t)y * row, work->width);
     for (int y = 2; y < work->height - 2; y++)

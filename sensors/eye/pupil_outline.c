@@ -281,31 +281,42 @@ static struct step step_along(const struct fv_eye_frame *frame, const double at[
     return step;
 }
 
+/* The working pixel that a place of the frame lies in; -1 outside. */
+static int working_pixel(const struct fv_pupil_work *work, double x, double y)
+{
+    double scale = work->scale;
+    int i = (int)((x - 0.5 * (scale - 1)) / scale + 0.5), j = (int)((y - 0.5 * (scale - 1)) / scale + 0.5);
+    return i < 0 || j < 0 || i >= work->width || j >= work->height ? -1 : j * work->row + i;
+}
+
 /* Whether the working image climbs straight outwards at a place of the frame: along a lid's or a lash's edge,
  * or a glint's, it does not. */
 static bool straight_at(const struct fv_pupil_work *work, const struct fv_outline_point *p,
                         const double normal[2])
 {
-    double scale = work->scale;
-    int x = (int)((p->x - 0.5 * (scale - 1)) / scale + 0.5),
-        y = (int)((p->y - 0.5 * (scale - 1)) / scale + 0.5);
-    if (x < 0 || y < 0 || x >= work->width || y >= work->height) return false;
-    int at = y * work->row + x;
+    int at = working_pixel(work, p->x, p->y);
+    if (at < 0) return false;
     double gx = work->gx[at], gy = work->gy[at], along = gx * normal[0] + gy * normal[1];
     return along > 0 && along * along >= (double)rounds[2].straight * (gx * gx + gy * gy);
 }
 
-/* Fits the ellipse to the frame's own steps; gives the share of rays that support it. */
+/* Fits the ellipse to the frame's own steps; gives the share of rays that support it. Rays behind a
+ * reflection tell nothing, neither for nor against; of more than half of the rays that is not believed. */
 static bool refine(const struct fv_eye_frame *frame, const struct fv_pupil_work *work,
                    const double (*direction)[2], struct fv_ellipse *ellipse, double *support)
 {
     struct fv_outline_point point[FINE_RAYS];
     double contrast[FINE_RAYS], sorted[FINE_RAYS], scale = work->scale, length = fmax(1, 0.5 * scale);
     int reach = (int)fmin(fmax((1.5 * scale + 0.04 * ellipse->b) / length + 1, 3), REACH_MAX);
-    int side = (int)fmin(fmax(ellipse->b / 7 / length + 0.5, 2), SIDE_MAX), n = 0, kept = 0;
+    int side = (int)fmin(fmax(ellipse->b / 7 / length + 0.5, 2), SIDE_MAX), n = 0, kept = 0, hidden = 0;
     for (int i = 0; i < FINE_RAYS; i++) {
         double at[2], normal[2];
         fv_ellipse_outline(ellipse, direction[i][0], direction[i][1], at, normal);
+        int pixel = working_pixel(work, at[0], at[1]);
+        if (pixel >= 0 && work->hidden[pixel]) {
+            hidden++;
+            continue;
+        }
         struct step step = step_along(frame, at, normal, length, reach, side);
         if (!step.seen) continue;
         point[n] =
@@ -325,7 +336,7 @@ static bool refine(const struct fv_eye_frame *frame, const struct fv_pupil_work 
     for (int i = 0; i < n; i++)
         kept += contrast[i] >= 0.4 * usual && contrast[i] <= 2.5 * usual &&
                 fabs(fv_ellipse_distance(ellipse, point[i].x, point[i].y)) < near;
-    *support = (double)kept / FINE_RAYS;
+    *support = (double)kept / fmax(FINE_RAYS - hidden, FINE_RAYS / 2);
     return true;
 }
 

@@ -20,6 +20,9 @@ enum { FV_EDGES_MAX = 10000, FV_ARCS_MAX = 1024, FV_SEEDS_MAX = 16 };
 /* Pixels at the border in which no gradients are. */
 enum { FV_PUPIL_BORDER = 3 };
 
+/* How far reflections reach from their middle at most, working pixels: 1/80 of the side, as in glint.c. */
+enum { FV_SPOT = 4 };
+
 struct fv_edge {
     float x, y;          /* to a fraction of a pixel along the gradient */
     float nx, ny;        /* unit gradient: towards the bright side */
@@ -51,6 +54,7 @@ struct fv_pupil_work {
     uint16_t *across;
     int16_t *gx, *gy, *slope; /* gradient and its length (to 7 %) */
     uint8_t *thin;            /* not 0: an edge */
+    uint8_t *hidden;          /* not 0: behind a reflection */
     uint16_t *at;             /* index of the edge there; FV_NO_EDGE */
     uint32_t *column;         /* sums of a row's columns, as wide as the frame */
     int threshold;            /* slopes from here on are edges */
@@ -63,6 +67,8 @@ struct fv_pupil_work {
 
 /* pupil_edges.c: from the frame to `edge`. */
 void fv_pupil_edges(const struct fv_eye_frame *frame, struct fv_pupil_work *work);
+/* pupil_spots.c: `grey` without reflections; `hidden`. */
+void fv_pupil_spots(struct fv_pupil_work *work);
 /* pupil_arcs.c: from `edge` to `seed`, the worthiest first. */
 void fv_pupil_arcs(struct fv_pupil_work *work);
 /* pupil_outline.c: from `seed` to the best ellipse, in frame pixels. */

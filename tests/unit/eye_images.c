@@ -151,7 +151,9 @@ static void pure_functions(void **state)
 static int begin(void **state)
 {
     (void)state;
-    scratch = aligned_alloc(64, (fv_pupil_scratch_bytes(WIDTH, HEIGHT) + 63) & ~(size_t)63);
+    /* 320x240 is searched unboxed: more than for the larger frames. */
+    size_t bytes = fv_pupil_scratch_bytes(WIDTH, HEIGHT), small = fv_pupil_scratch_bytes(320, 240);
+    scratch = aligned_alloc(64, ((bytes > small ? bytes : small) + 63) & ~(size_t)63);
     return scratch == NULL;
 }
 
@@ -162,10 +164,41 @@ static int end(void **state)
     return 0;
 }
 
+/* Lamps are reflected in a ring about as wide as the pupil, so that glints lie on its outline, beside it and
+ * in it: seen all the same, at any size of frame and pupil, where it is. */
+static void glints_on_the_outline(void **state)
+{
+    (void)state;
+    static const int frames[][2] = {{160, 120}, {192, 192}, {240, 160}, {320, 240}, {400, 400}};
+    static const double sizes_mm[] = {2.5, 3.5, 4.25, 5.34, 6.5};
+    for (unsigned f = 0; f < sizeof frames / sizeof *frames; f++) {
+        int n = 0, found = 0, far = 0, ahead = 0, ahead_found = 0;
+        for (int i = 0; i < 5 * 90; i++) {
+            struct fv_eye_camera camera = fv_eye_camera_usual(frames[f][0], frames[f][1], (uint64_t)i % 7);
+            bool straight = i % 90 >= 81;
+            struct fv_eye_state s =
+                looking(straight ? 0 : 5 * (i % 9 - 4), straight ? 0 : 5 * (i / 9 % 9 - 4), sizes_mm[i / 90]);
+            s.t_ns = i + 1;
+            struct fv_pupil truth, p = find(&camera, &s, &truth);
+            if (truth.confidence < 0.7) continue;
+            n++;
+            found += p.found;
+            far += p.found && hypot(p.x - truth.x, p.y - truth.y) > 2;
+            ahead += straight;
+            ahead_found += straight && p.found;
+        }
+        print_message("%dx%d: %.1f %% of %d found, %d far off; straight ahead %d of %d\n", frames[f][0],
+                      frames[f][1], 100.0 * found / n, n, far, ahead_found, ahead);
+        assert_true(n > 350 && found >= 0.97 * n && far <= 0.01 * n);
+        assert_int_equal(ahead_found, ahead);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(grid_of_gazes), cmocka_unit_test(poor_cameras),
-                                       cmocka_unit_test(closed_lids), cmocka_unit_test(a_stream),
-                                       cmocka_unit_test(pure_functions)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(grid_of_gazes),         cmocka_unit_test(poor_cameras),
+        cmocka_unit_test(closed_lids),           cmocka_unit_test(a_stream),
+        cmocka_unit_test(glints_on_the_outline), cmocka_unit_test(pure_functions)};
     return cmocka_run_group_tests(tests, begin, end);
 }
