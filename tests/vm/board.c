@@ -71,7 +71,9 @@ static void ran(void **state)
     assert_true(vm_at(text, "gaze.cameras.no_pupil") == 0 && vm_at(text, "gaze.lost") <= 2);
     assert_true(vm_at(text, "imu.readings") > 9300 && vm_at(text, "imu.readings") < 11000);
     /* The one core serves the bus late at times (devices.c, without a display and locked memory: none is lost). */
-    assert_true(vm_at(text, "imu.lost") <= 3 && vm_at(text, "imu.reconnects") == 0 && vm_at(text, "imu.rejected") <= 6);
+    assert_true(vm_at(text, "imu.lost") <= 3 && vm_at(text, "imu.reconnects") == 0);
+    /* Heads of frames before the sensor spoke: for half a second (board.sh), and as long as the script takes. */
+    assert_true(vm_at(text, "imu.rejected") <= 60);
     assert_true(vm_at(text, "display.flips") == 600 && vm_at(text, "display.dropped") == 0);
     assert_true(vm_at(text, "display.lost") == 0 && vm_at(text, "display.busy") == 0 && vm_at(text, "display.odd") == 0);
     assert_true(fabs(vm_at(text, "display.measured_hz") - 60) < 0.1);

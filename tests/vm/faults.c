@@ -29,6 +29,7 @@ static const struct {
     {"faults", "its readings refused", "all of these", "imu.rejected", 300, 2000},
     {"faults", "sensor unplugged", "its port is unbound", "imu.reconnects", 1, 2},
     {"faults", "frames late", "SIGSTOP for 0.3 s", "missed", 1, 200},
+    {"faults", "and turned", "shown as of the newest head", "late_corrected", 1, 200},
     {"faults", "refreshes without a frame", "the same", "skipped", 15, 400},
     {"faults", "frames cut", "another takes the processor", "cut_frames", 1, 700},
     {"faults", "flip refused (EBUSY)", "another flips in between", "display.busy", 1, 100},
