@@ -17,7 +17,7 @@ static const struct {
 } rows[] = {
     {"faults", "blink", "lids closed for 0.2 s", "gaze.cameras.blinks", 2, 8},
     {"faults", "no pupil", "a grey picture for 1.4 s", "gaze.cameras.no_pupil", 150, 350},
-    {"faults", "low confidence", "lids half closed for 0.4 s", "gaze.cameras.unsure", 30, 120},
+    {"faults", "low confidence", "lids half closed for 0.4 s", "gaze.cameras.unsure", 10, 120},
     {"faults", "eye lost", "all of these", "gaze.lost", 60, 400},
     {"faults", "camera unplugged", "its driver is unloaded", "gaze.cameras.lost", 1, 3},
     {"faults", "and back", "loaded again, by another name", "gaze.cameras.restarts", 1, 3},
