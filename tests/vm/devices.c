@@ -42,7 +42,8 @@ static void unplugged(void **state)
     assert_true(vm_number(text, "cameras", "frames") > 500 && vm_number(text, "gaze", "lost") > 10);
     assert_non_null(strstr(text, "camera gone: \n"));
     assert_non_null(strstr(text, "/dev/v4l/by-id/eye: lost (no good frame for 1"));
-    assert_non_null(strstr(text, "vive: unplugged; it is searched for"));
+    /* The bus says so, or its transfers fail all at once: whichever comes first. */
+    assert_non_null(strstr(text, "; it is searched for"));
     assert_non_null(strstr(text, "vive: reports come again"));
 }
 
