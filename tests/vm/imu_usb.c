@@ -37,7 +37,8 @@ static void unplugged(void **state)
     (void)state;
     const char *text = vm_part("unplugged");
     assert_non_null(strstr(text, "driver detached: no"));
-    assert_non_null(strstr(text, "vive: unplugged; it is searched for"));
+    /* The bus says so, or its transfers fail all at once: whichever comes first. */
+    assert_non_null(strstr(text, "; it is searched for"));
     assert_non_null(strstr(text, "vive: reports come again"));
     assert_true(vm_value(text, "reconnects") == 2 && vm_value(text, "lost") == 0);
     assert_true(vm_value(text, "heap_calls") == 0 && vm_value(text, "usb_refused") == 0);
