@@ -1,5 +1,4 @@
-/* kms_system: the system calls behind struct fv_kms_io. Buffers are the driver's memory, not ours: they are mapped past
- * the heap, which knows none but its own, also when a display comes back after the seal.
+/* kms_system: the system calls behind struct fv_kms_io.
  *
  * The console: in graphics mode the kernel's text console does not draw over us and does not switch to another one;
  * where there is none, or it may not be opened, nothing is lost but that. It is given back as text: where it was in graphics
@@ -8,30 +7,15 @@
 #define _GNU_SOURCE
 #include "display/kms.h"
 
-#include "platform/clock.h"
+#include "platform/device.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/kd.h>
 #include <poll.h>
 #include <sys/ioctl.h>
-#include <sys/mman.h>
-#include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
-
-static int system_open(void *context, const char *path)
-{
-    (void)context;
-    int fd = open(path, O_RDWR | O_NONBLOCK | O_CLOEXEC);
-    return fd < 0 ? -errno : fd;
-}
-
-static void system_close(void *context, int fd)
-{
-    (void)context;
-    close(fd);
-}
 
 static int system_control(void *context, int fd, unsigned long request, void *argument)
 {
@@ -40,19 +24,6 @@ static int system_control(void *context, int fd, unsigned long request, void *ar
     do result = ioctl(fd, request, argument);
     while (result < 0 && (errno == EINTR || errno == EAGAIN));
     return result < 0 ? -errno : result;
-}
-
-static void *system_map(void *context, int fd, size_t bytes, uint64_t offset)
-{
-    (void)context;
-    long at = syscall(SYS_mmap, NULL, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, fd, (off_t)offset);
-    return at == -1 ? NULL : (void *)(intptr_t)at;
-}
-
-static void system_unmap(void *context, void *at, size_t bytes)
-{
-    (void)context;
-    syscall(SYS_munmap, at, bytes);
 }
 
 static int system_read(void *context, int fd, void *bytes, size_t size)
@@ -83,11 +54,5 @@ static void system_console(void *context, bool graphics)
     tty = -1;
 }
 
-static int64_t system_now_ns(void *context)
-{
-    (void)context;
-    return fv_clock_now_ns(&fv_clock_monotonic);
-}
-
-const struct fv_kms_io fv_kms_system = {system_open,  system_close, system_control, system_map,    system_unmap,
-                                        system_read,  system_wait,  system_console, system_now_ns, NULL};
+const struct fv_kms_io fv_kms_system = {fv_device_open, fv_device_close, system_control, fv_device_map,    fv_device_unmap,
+                                        system_read,    system_wait,     system_console, fv_device_now_ns, NULL};

@@ -27,7 +27,7 @@ struct fv_camera_io {
     int (*open)(void *context, const char *path);
     void (*close)(void *context, int fd);
     int (*control)(void *context, int fd, unsigned long request, void *argument); /* ioctl */
-    void *(*map)(void *context, int fd, size_t bytes, uint32_t offset);           /* NULL: refused */
+    void *(*map)(void *context, int fd, size_t bytes, uint64_t offset);           /* NULL: refused */
     void (*unmap)(void *context, void *at, size_t bytes);
     /* Until one of the devices (fd < 0: none) has something or the time is over; sets ready[]. */
     void (*wait)(void *context, const int *fd, unsigned *ready, int devices, int64_t timeout_ns);

@@ -130,7 +130,7 @@ static int control(void *context, int fd, unsigned long request, void *argument)
     }
 }
 
-static void *map(void *context, int fd, size_t bytes, uint32_t offset)
+static void *map(void *context, int fd, size_t bytes, uint64_t offset)
 {
     (void)bytes;
     return ((struct source *)context)->memory[fd][offset];

@@ -118,7 +118,7 @@ static int eye_control(void *context, int fd, unsigned long request, void *argum
     return result;
 }
 
-static void *eye_map(void *context, int fd, size_t bytes, uint32_t offset)
+static void *eye_map(void *context, int fd, size_t bytes, uint64_t offset)
 {
     (void)fd;
     return fake_map(context, 7, bytes, offset);

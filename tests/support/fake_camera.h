@@ -133,7 +133,7 @@ static inline int fake_control(void *context, int fd, unsigned long request, voi
     }
 }
 
-static inline void *fake_map(void *context, int fd, size_t bytes, uint32_t offset)
+static inline void *fake_map(void *context, int fd, size_t bytes, uint64_t offset)
 {
     struct fake *f = context;
     (void)fd;
